@@ -156,7 +156,7 @@ fn main() {
         "limit point, an event",
         &["regular", "extraordinary"],
         "regular",
-        &["extraordinary"],
+        &["regular", "extraordinary"],
         &sizes,
     );
 }

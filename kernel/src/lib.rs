@@ -11,6 +11,7 @@
 pub mod brep;
 pub mod conformance;
 mod declare;
+mod direction;
 pub mod edit;
 pub mod energy;
 pub mod error;
@@ -34,6 +35,7 @@ pub mod text;
 pub mod topology;
 mod unit;
 
+pub use direction::direction;
 pub use error::{Error, Result};
 /// The crate of points, vectors and matrices here: who uses this one has the version that fits.
 pub use nalgebra;

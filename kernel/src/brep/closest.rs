@@ -280,9 +280,7 @@ fn nearest_along(
 ) -> Result<((f64, f64), f64)> {
     let (from, to) = curve.range();
     // Loops run on where a surface closes; elsewhere they are outside by rounding alone.
-    let into = |d: usize, t: f64| {
-        if sides[d].closed { sides[d].wrapped(t) } else { t.clamp(sides[d].low, sides[d].high) }
-    };
+    let into = |d: usize, t: f64| sides[d].wrapped(t);
     let at = |t: f64| -> Result<((f64, f64), f64)> {
         let c = curve.curve().point(t)?;
         let place = (into(0, c.x), into(1, c.y));

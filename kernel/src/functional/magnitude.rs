@@ -1,6 +1,6 @@
 //! The length of a curve's first derivative.
 
-use super::on::{curve_location, unit};
+use super::on::curve_location;
 use super::position::{AT_ON_CURVE, OBJECT};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative, equals};
 use crate::declare::{Declaration, ParameterError, Parameters};
@@ -42,7 +42,7 @@ impl Functional for Magnitude {
     fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
         let stencil = shapes.stencil(self.on.shape, Location::Curve(self.at), 1.into())?;
         let tangent = stencil.apply(shapes.get(self.on.shape)?.control_vertices());
-        let direction = unit(&tangent).ok_or_else(|| {
+        let direction = crate::direction(&tangent).ok_or_else(|| {
             let what = self.describe();
             Error::Invalid(format!(
                 "{what}: C' vanishes there and has no direction to grow in; ask elsewhere"

@@ -1,6 +1,5 @@
 //! The normal of a surface.
 
-use super::on::unit;
 use super::position::{AT_ON_SURFACE, OBJECT};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use crate::Vector;
@@ -40,7 +39,7 @@ impl Functional for Normal {
     }
 
     fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
-        let direction = unit(&self.to).ok_or_else(|| {
+        let direction = crate::direction(&self.to).ok_or_else(|| {
             Error::Invalid(format!("{}: the direction is the zero vector; give one", self.describe()))
         })?;
         for order in [Derivative { u: 1, v: 0 }, Derivative { u: 0, v: 1 }] {

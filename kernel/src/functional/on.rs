@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::ShapeNames;
 use crate::declare::{ParameterError, Parameters};
+use crate::direction;
 use crate::shape::Location;
 
 /// A shape of a problem: its number, and its name where it has one. The default is the first shape. Two are equal that have the
@@ -78,27 +79,16 @@ pub(super) fn curve_location(parameters: &Parameters) -> Result<f64, ParameterEr
 /// Two unit vectors that are perpendicular to `axis` and to each other, right-handed with it; `None` where `axis`
 /// has no direction. The first is as near as can be to `prefer`, where that is not parallel.
 pub(super) fn perpendiculars(axis: &crate::Vector, prefer: &crate::Vector) -> Option<[crate::Vector; 2]> {
-    let axis = unit(axis)?;
+    let axis = direction(axis)?;
     let rest = |v: &crate::Vector| {
-        let v = unit(v)?;
+        let v = direction(v)?;
         // Twice, so that what is left is perpendicular to rounding even where v is nearly parallel.
         let once = v - axis * axis.dot(&v);
         let twice = once - axis * axis.dot(&once);
-        (once.norm() > 1e-6).then(|| unit(&twice)).flatten()
+        (once.norm() > 1e-6).then(|| direction(&twice)).flatten()
     };
     // The coordinate axis that is least parallel: never fails.
     let least = crate::Vector::ith(axis.iamin(), 1.0);
     let first = rest(prefer).or_else(|| rest(&least))?;
     Some([first, axis.cross(&first)])
-}
-
-/// A vector over its length, safe for any size; `None` for zero, NaN or infinity.
-pub(super) fn unit(v: &crate::Vector) -> Option<crate::Vector> {
-    let largest = v.amax();
-    if !(largest > 0.0 && largest.is_finite()) {
-        return None;
-    }
-    let scaled = v / largest;
-    // Dividing by a subnormal overflows: no direction can be told there.
-    scaled.iter().all(|c| c.is_finite()).then(|| scaled / scaled.norm())
 }

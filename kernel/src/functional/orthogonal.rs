@@ -1,6 +1,6 @@
 //! A curve's tangent perpendicular to a direction.
 
-use super::on::{curve_location, unit};
+use super::on::curve_location;
 use super::position::{AT_ON_CURVE, OBJECT};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative, tangent};
 use crate::Vector;
@@ -41,7 +41,7 @@ impl Functional for Orthogonal {
 
     fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
         let stencil = shapes.stencil(self.on.shape, Location::Curve(self.at), 1.into())?;
-        let direction = unit(&self.to).ok_or_else(|| {
+        let direction = crate::direction(&self.to).ok_or_else(|| {
             Error::Invalid(format!("{}: the direction is the zero vector; give one", self.describe()))
         })?;
         rows.equation().along(self.on.shape, &stencil, direction);

@@ -1,7 +1,7 @@
 //! The curvature of a curve with its sign, as a number.
 
 use super::jet::Jet;
-use super::on::{curve_location, unit};
+use super::on::curve_location;
 use super::position::{AT_ON_CURVE, OBJECT};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use crate::Vector;
@@ -44,7 +44,7 @@ impl SignedCurvature {
     }
 
     fn local(&self, shapes: &Shapes<'_>) -> Result<Local> {
-        let normal = unit(&self.normal).ok_or_else(|| {
+        let normal = crate::direction(&self.normal).ok_or_else(|| {
             let what = self.describe();
             Error::Invalid(format!("{what}: the normal has no direction; give a finite one that is not zero"))
         })?;

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::on::unit;
 use super::position::OBJECT;
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use crate::declare::{Declaration, Field, ParameterError, Parameters};
@@ -40,7 +39,7 @@ impl Symmetry {
     }
 
     fn unit_normal(&self) -> Result<Vector> {
-        unit(&self.normal)
+        crate::direction(&self.normal)
             .ok_or_else(|| Error::Invalid("symmetry: the normal is the zero vector; give a direction".into()))
     }
 

@@ -3,7 +3,7 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use super::on::{curve_location, perpendiculars, unit};
+use super::on::{curve_location, perpendiculars};
 use super::position::{AT_ON_CURVE, OBJECT};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative};
 use crate::Vector;
@@ -84,7 +84,7 @@ impl Functional for Tangent {
         let present =
             shapes.get(self.on.shape)?.value(Location::Curve(self.at), Derivative { u: 1, v: 0 })?;
         // Unit length, so that values do not depend on how far apart the vertices are.
-        let direction = unit(&present).unwrap_or(present);
+        let direction = crate::direction(&present).unwrap_or(present);
         Ok(Some(Arc::new(Self { direction: Some(direction), ..self.clone() })))
     }
 

@@ -4,7 +4,7 @@ use nalgebra::Matrix3;
 
 use super::{Layer, Mesh};
 use crate::error::{Error, Result};
-use crate::{Point, Vector};
+use crate::{Point, Vector, direction};
 
 impl Mesh {
     /// The same mesh with other points, as in a frame of an animation. Each normal, and each tangent, is turned as the
@@ -53,8 +53,7 @@ impl Mesh {
             let count = corners.len();
             let side = |from: u32, to: u32| {
                 let way = self.points[to as usize] - self.points[from as usize];
-                // Scaled first, so that no square overflows or vanishes.
-                (way / way.amax()).try_normalize(0.0).filter(|w| w.iter().all(|c| c.is_finite()))
+                direction(&way)
             };
             for (k, &corner) in corners.iter().enumerate() {
                 let next = side(corner, corners[(k + 1) % count]);

@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::{Curve, Space};
 use crate::error::{Error, Result};
-use crate::{Point, Vector};
+use crate::{Point, Vector, direction};
 
 impl Curve {
     /// The straight line from one point to another, of degree 1 over `[0, 1]`.
@@ -157,16 +157,14 @@ impl Turn {
     }
 }
 
-/// A vector of length 1; scaled first, so that squares neither overflow nor vanish.
+/// The direction of a vector, which has a name.
 pub(super) fn unit(vector: Vector, name: &str) -> Result<Vector> {
-    let size = vector.amax();
-    if size > 0.0 && vector.iter().all(|c| c.is_finite()) {
-        return Ok((vector / size).normalize());
-    }
-    let [x, y, z] = [vector.x, vector.y, vector.z];
-    Err(Error::Invalid(format!(
-        "the {name} ({x}, {y}, {z}) has no direction: give a finite vector that is not zero"
-    )))
+    direction(&vector).ok_or_else(|| {
+        let [x, y, z] = [vector.x, vector.y, vector.z];
+        Error::Invalid(format!(
+            "the {name} ({x}, {y}, {z}) has no direction: give a finite vector that is not zero"
+        ))
+    })
 }
 
 #[cfg(test)]

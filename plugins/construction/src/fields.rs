@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use loftsman_kernel::error::{Error, Figure};
 use loftsman_kernel::plugin::{Field, OperationError, ParameterError, Parameters, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
-use loftsman_kernel::text::measured;
+pub(crate) use loftsman_kernel::text::measured as figure;
 use loftsman_kernel::{Point, Vector};
 
 pub(crate) const NAME: Field =
@@ -84,11 +84,6 @@ pub(crate) fn like(scene: &Scene, source: &str, name: &str, geometry: Geometry) 
 /// What a step that made one thing reports.
 pub(crate) fn made(op: &str, name: String, notes: Vec<String>) -> StepReport {
     StepReport { op: op.into(), object: Some(name), notes, ..StepReport::default() }
-}
-
-/// A measured number for people.
-pub(crate) fn figure(value: f64) -> String {
-    measured(value)
 }
 
 /// An error that speaks of an object.

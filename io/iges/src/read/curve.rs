@@ -4,12 +4,12 @@ use std::f64::consts::TAU;
 
 use loftsman_kernel::brep::{CurveForm, Frame};
 use loftsman_kernel::spline::{Curve, Space};
-use loftsman_kernel::{Point, Vector};
+use loftsman_kernel::{Point, Vector, direction};
 use nalgebra::Matrix4;
 
 use super::entity::{At, Entity, Got, Problem, Reader, deeper};
 use super::pace::Pace;
-use super::place::{finite, moved_curve, moved_frame, transform_point, unit};
+use super::place::{finite, moved_curve, moved_frame, transform_point};
 
 /// A curve of a file.
 #[derive(Debug, Clone)]
@@ -142,14 +142,14 @@ impl Reader<'_, '_> {
             return Err(Problem::new(place, "an offset whose distance varies is not read"));
         }
         let (distance, normal) = (entity.real(6)?, Vector::from(entity.triple(10)?));
-        let Some(normal) = unit(&normal) else {
+        let Some(normal) = direction(&normal) else {
             return Err(Problem::new(place, "the normal of its plane has no length"));
         };
         let (space, points, weights) = base.curve.into_parts();
         let moved: Vec<Point> = match base.form {
             CurveForm::Line => {
                 let along = points.last().zip(points.first()).map(|(b, a)| b - a);
-                let Some(along) = along.and_then(|along| unit(&along)) else {
+                let Some(along) = along.and_then(|along| direction(&along)) else {
                     return Err(Problem::new(place, "an offset of a line without length"));
                 };
                 let by = normal.cross(&along) * distance;

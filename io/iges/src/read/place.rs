@@ -7,15 +7,6 @@ use nalgebra::Matrix4;
 
 use super::entity::{At, Got, Problem, Reader, deeper};
 
-/// The unit vector of a direction, whatever its length; `None` where that is zero.
-pub(crate) fn unit(v: &Vector) -> Option<Vector> {
-    let largest = v.amax();
-    if !(largest > 0.0 && largest.is_finite()) {
-        return None;
-    }
-    (v / largest).try_normalize(0.0)
-}
-
 impl Reader<'_, '_> {
     /// Where the directory places an entity: its matrix, in that one's own, and so on; none where it stays.
     pub(crate) fn placed(&self, place: usize) -> Got<Option<Matrix4<f64>>> {

@@ -4,13 +4,13 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use loftsman_kernel::brep::{CurveForm, Frame, SurfaceForm};
 use loftsman_kernel::spline::{Curve, Surface};
-use loftsman_kernel::{Point, Vector};
+use loftsman_kernel::{Point, Vector, direction};
 use nalgebra::Matrix4;
 
 use super::curve::Run;
 use super::entity::{At, Entity, Got, Problem, Reader, deeper};
 use super::pace::Pace;
-use super::place::{linear, moved_frame, moved_surface, unit};
+use super::place::{linear, moved_frame, moved_surface};
 
 /// A surface of a file.
 pub(crate) enum Sheet {
@@ -111,7 +111,7 @@ impl Reader<'_, '_> {
             (CurveForm::Line, [a, b]) => (*a, b - a),
             _ => return Err(Problem::new(place, "its axis is no line")),
         };
-        let Some(direction) = unit(&axis.1) else {
+        let Some(direction) = direction(&axis.1) else {
             return Err(Problem::new(place, "its axis has no length"));
         };
         let sweep = end - start;
@@ -144,7 +144,7 @@ impl Reader<'_, '_> {
     /// An offset (140) of a plane, which is one.
     fn offset_sheet(&self, entity: &Entity<'_, '_>, depth: usize) -> Got<Sheet> {
         let place = entity.place;
-        let Some(toward) = unit(&Vector::from(entity.triple(1)?)) else {
+        let Some(toward) = direction(&Vector::from(entity.triple(1)?)) else {
             return Err(Problem::new(place, "its indicator has no direction"));
         };
         let distance = entity.real(4)?;

@@ -61,7 +61,6 @@ impl Rim {
         let net = surface.points();
         let size = net.iter().map(|p| (p - net[0]).amax()).fold(0.0, f64::max);
         let [u, v] = surface.parameter_sides(SAME * size)?;
-        // A surface that bounds nothing by itself is a sheet with its four sides.
         // Its vertices: those that the face has already, as at poles, and new ones.
         let mut own = face.points.clone();
         let mut vertex = |at: [f64; 2]| -> Result<usize> {

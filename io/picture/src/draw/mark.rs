@@ -248,7 +248,7 @@ fn osculating(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>) -> St
         let (s, c) = (half * f64::from(i) / 24.0).sin_cos();
         let spot = sheet.spot(&(centre + (tangent * s - normal * c) * radius));
         if let Some(from) = last {
-            ink_arrow(sheet, from, spot, 6);
+            sheet.ink.segment(from, spot, 6);
         }
         last = Some(spot);
         path.line_to(spot);

@@ -193,6 +193,11 @@ impl Link {
         self.look_for_corners(shapes)
     }
 
+    /// Of each of its parameters, the knots where what it holds has corners, ascending.
+    pub(crate) fn corners(&self) -> &[Vec<f64>] {
+        &self.corners
+    }
+
     /// Whether its shapes have corners where it slides.
     pub(crate) fn has_corners(&self) -> bool {
         self.corners.iter().any(|corners| !corners.is_empty())

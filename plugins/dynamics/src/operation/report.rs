@@ -271,7 +271,7 @@ fn without_corners(turns: usize) -> Option<String> {
         _ => format!("{turns} places that slide"),
     };
     Some(format!(
-        "at {places} a rope turns within its spans: no rest with corners was found that is as low, so that both sides are stretched alike only to what half a span is of them, and on a          vertex of a polyline by what that holds; more control vertices (`refine`), or a start that is nearer, may help"
+        "at {places} a rope turns within its spans: no rest with corners was found that is as low, so that both sides are stretched alike only to what half a span is of them, and on a vertex of a polyline by what that holds; more control vertices (`refine`), or a start that is nearer, may help"
     ))
 }
 
@@ -298,6 +298,11 @@ mod tests {
     use loftsman_kernel::plugin::Frames;
     use loftsman_kernel::spline::{Curve, Space};
 
+    /// What is told of a rope that was settled.
+    fn told(simulation: &mut Simulation, settled: Settled) -> StepReport {
+        report("rope", simulation, Some(settled), (0.0, 0.0, 1.0), "implicit", &Frames::default()).unwrap()
+    }
+
     /// What does not rest is a warning that says what to do, what rests a note.
     #[test]
     fn what_does_not_rest_is_a_warning() {
@@ -314,15 +319,7 @@ mod tests {
                 unrest: None,
                 turns: 0,
             };
-            let report = report(
-                "rope",
-                &mut simulation,
-                Some(settled),
-                (0.0, 0.0, 1.0),
-                "implicit",
-                &Frames::default(),
-            );
-            let StepReport { notes, warnings, iterations, steps, .. } = report.unwrap();
+            let StepReport { notes, warnings, iterations, steps, .. } = told(&mut simulation, settled);
             assert_eq!((steps, iterations), (Some(0), Some(2000)));
             let noted = notes.iter().any(|note| note.contains("it rests: 0.0025"));
             assert_eq!((noted, warnings.len()), (rests, usize::from(!rests)));
@@ -344,15 +341,7 @@ mod tests {
             let mut simulation = Setup::new(Body::new(&rope)).hold(fixed(0.0)).prepare().unwrap();
             let settled =
                 Settled { residual: 1e-12, way: 0.0, steps: 9, rests: true, stable, unrest: None, turns: 0 };
-            let report = report(
-                "rope",
-                &mut simulation,
-                Some(settled),
-                (0.0, 0.0, 1.0),
-                "implicit",
-                &Frames::default(),
-            );
-            let notes = report.unwrap().notes;
+            let notes = told(&mut simulation, settled).notes;
             let told: Vec<&String> = notes.iter().filter(|note| note.contains("balance")).collect();
             assert_eq!(told.len(), usize::from(stable != Some(true)), "{notes:?}");
             assert!(told.iter().all(|note| note.contains(wanted)), "{notes:?}");

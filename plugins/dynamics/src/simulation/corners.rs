@@ -100,19 +100,9 @@ impl Simulation {
 }
 
 impl Corners {
-    pub(super) fn new(simulation: &Simulation) -> Result<Self> {
-        let mut all = Vec::with_capacity(simulation.links.len());
-        for link in &simulation.links {
-            let mut own = Vec::with_capacity(link.slides.len());
-            for (index, place) in link.places.iter().enumerate().filter(|(_, place)| place.floats) {
-                let order = link.order_at(index);
-                let shape = simulation.shape(place.body)?;
-                let axes = 0..place.location.parameters();
-                own.extend(axes.map(|axis| (sharp_knots(shape, axis, order), State::Free)));
-            }
-            all.push(own);
-        }
-        Ok(Self { all })
+    pub(super) fn new(simulation: &Simulation) -> Self {
+        let free = |corners: &Vec<f64>| (corners.clone(), State::Free);
+        Self { all: simulation.links.iter().map(|link| link.corners().iter().map(free).collect()).collect() }
     }
 
     /// What would leave a corner and found no way stays for another step. Whether there was such.

@@ -83,7 +83,7 @@ impl Simulation {
         self.rest();
         self.predict();
         let mut tangent = Tangent::new(&self.bodies);
-        tangent.corners = Corners::new(self)?;
+        tangent.corners = Corners::new(self);
         let highest = self.highest();
         let scale = self.slowest().map_or(highest, |slow| highest.min(FASTER * slow));
         let mut shift = FIRST * scale;

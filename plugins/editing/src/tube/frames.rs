@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use loftsman_kernel::{Point, Vector};
+use loftsman_kernel::{Point, Vector, direction};
 
 use super::line::State;
 
@@ -115,9 +115,7 @@ pub(super) fn turned(r: &Vector, from: &Vector, to: &Vector) -> Vector {
 /// that is left to the one that is there.
 fn reflected_twice(r: &Vector, [from, to]: [&Point; 2], leave: &Vector, arrive: &Vector) -> Vector {
     let chord = to - from;
-    // Scaled first, so that no square overflows or vanishes.
-    let Some(way) = (chord / chord.amax()).try_normalize(0.0).filter(|w| w.iter().all(|c| c.is_finite()))
-    else {
+    let Some(way) = direction(&chord) else {
         return turned(r, leave, arrive);
     };
     let mirrored = |v: &Vector, across: &Vector| v - across * (2.0 * across.dot(v));

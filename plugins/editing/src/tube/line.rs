@@ -5,7 +5,7 @@ use loftsman_kernel::plugin::{Chord, CustomShape, Drawn, Fineness, Splines, Tess
 use loftsman_kernel::scene::{Geometry, Object};
 use loftsman_kernel::shape::{Derivative, Shape, Side};
 use loftsman_kernel::spline::Curve;
-use loftsman_kernel::{Point, Vector};
+use loftsman_kernel::{Point, Vector, direction};
 
 /// A part of a line in one state.
 #[derive(Debug, Clone, PartialEq)]
@@ -197,7 +197,7 @@ impl Directions {
         let count = points.len();
         let chords = if closed { count } else { count.saturating_sub(1) };
         let mut ways: Vec<Option<Vector>> =
-            (0..chords).map(|i| unit(&(points[(i + 1) % count] - points[i]))).collect();
+            (0..chords).map(|i| direction(&(points[(i + 1) % count] - points[i]))).collect();
         let Some(first) = ways.iter().flatten().next().copied() else { return Self(None) };
         let last = ways.iter().flatten().next_back().copied().unwrap_or(first);
         let mut along = if closed { last } else { first };
@@ -228,7 +228,7 @@ impl Directions {
         for (i, exact) in exact.iter().enumerate() {
             for (side, exact) in sides.iter_mut().zip(exact) {
                 let is_there = |d: &&Vector| d.amax() > 1e-9 * largest;
-                if let Some(direction) = exact.as_ref().filter(is_there).and_then(unit) {
+                if let Some(direction) = exact.as_ref().filter(is_there).and_then(direction) {
                     side[i] = direction;
                 }
             }
@@ -263,15 +263,6 @@ impl Part {
         }
         Ok(part)
     }
-}
-
-/// A vector of length 1; scaled first, so that no square overflows or vanishes.
-fn unit(v: &Vector) -> Option<Vector> {
-    let size = v.amax();
-    if !(size > 0.0 && size.is_finite()) {
-        return None;
-    }
-    (v / size).try_normalize(0.0)
 }
 
 pub(super) fn diagonal(points: &[Point]) -> f64 {

@@ -219,7 +219,7 @@ impl Operation for CutBy {
                 }
             }
             told_planes.push(json!({
-                "point": [plane.point().x, plane.point().y, plane.point().z],
+                "point": (0..3).map(|k| plane.point()[k] + 0.0).collect::<Vec<f64>>(),
                 "pieces": geometries.len() - before,
                 "area": area,
                 "touching": touching.iter().map(|q| [q.x, q.y, q.z]).collect::<Vec<_>>(),

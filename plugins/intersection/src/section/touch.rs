@@ -4,7 +4,7 @@
 //! derivatives, which is exact to rounding however small the loop and however rough its line are; and it is the place that is told.
 
 use loftsman_kernel::Point;
-use loftsman_kernel::spline::Surface;
+use loftsman_kernel::spline::{ParameterSide, Surface};
 
 use crate::error::Result;
 use crate::intersections::Plane;
@@ -21,40 +21,17 @@ pub(super) struct Height<'a> {
     surface: &'a Surface,
     plane: &'a Plane,
     size: f64,
-    /// Whether a direction ends where it starts, so that it has no ends.
-    closed: [bool; 2],
+    sides: [ParameterSide; 2],
 }
 
 impl<'a> Height<'a> {
     /// For a surface of this size.
     pub(super) fn new(surface: &'a Surface, plane: &'a Plane, size: f64) -> Result<Self> {
-        let near = 1e-9 * size;
-        let mut closed = [false; 2];
-        for (d, closed) in closed.iter_mut().enumerate() {
-            let (space, other) = if d == 0 { (surface.u(), surface.v()) } else { (surface.v(), surface.u()) };
-            let ((a, b), (c, e)) = (space.domain(), other.domain());
-            let mut all = true;
-            for k in 0..=4 {
-                let x = (c + (e - c) * f64::from(k) / 4.0).min(e);
-                let at = |t: f64| if d == 0 { surface.point(t, x) } else { surface.point(x, t) };
-                all &= (at(a)? - at(b)?).norm() <= near;
-            }
-            *closed = all || space.is_periodic();
-        }
-        Ok(Self { surface, plane, size, closed })
+        Ok(Self { surface, plane, size, sides: surface.parameter_sides(1e-9 * size)? })
     }
 
     fn inside(&self, at: [f64; 2]) -> [f64; 2] {
-        [0, 1].map(|d: usize| {
-            let (a, b) = [self.surface.u(), self.surface.v()][d].domain();
-            let x = at[d];
-            match x {
-                x if !self.closed[d] => x.clamp(a, b),
-                x if x < a => (x + (b - a)).clamp(a, b),
-                x if x > b => (x - (b - a)).clamp(a, b),
-                x => x,
-            }
-        })
+        [0, 1].map(|d: usize| self.sides[d].wrapped(at[d]))
     }
 
     /// The extreme near to a place, where it is no further from a point than `within` and the distance no larger than `most`.
@@ -80,7 +57,7 @@ impl<'a> Height<'a> {
         let mut at = self.inside(start);
         let mut height = sign * self.plane.distance(&self.surface.point(at[0], at[1])?);
         let mut damping = 0.0;
-        let lengths = [self.surface.u().length(), self.surface.v().length()];
+        let lengths = [0, 1].map(|d: usize| self.sides[d].length());
         let mut slopes = [f64::INFINITY; 2];
         for _ in 0..STEPS {
             // By parameters that run from 0 to 1.
@@ -95,9 +72,9 @@ impl<'a> Height<'a> {
             let mut hessian = [normal.dot(&by(2, 0)?), normal.dot(&by(1, 1)?), normal.dot(&by(0, 2)?)];
             // What stands still, as at a pole, or would leave at an end is left alone.
             for d in 0..2 {
-                let (a, b) = [self.surface.u(), self.surface.v()][d].domain();
-                let leaves =
-                    !self.closed[d] && (at[d] <= a && gradient[d] > 0.0 || at[d] >= b && gradient[d] < 0.0);
+                let side = &self.sides[d];
+                let leaves = !side.closed
+                    && (at[d] <= side.low && gradient[d] > 0.0 || at[d] >= side.high && gradient[d] < 0.0);
                 if leaves || stands[d] {
                     (gradient[d], hessian[1], hessian[2 * d]) = (0.0, 0.0, 1.0);
                 }
