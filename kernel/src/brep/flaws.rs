@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::spline::{Curve, Surface};
 use crate::{Point, parallel};
 
-/// The part of a distance that is more than a tolerance by which it may be told too large.
+/// The part of a distance that is more than a tolerance by which another place may be nearer than the one that is taken.
 const OFF: f64 = 1e-3;
 
 /// Something that is further from its place than its tolerance says.
@@ -99,8 +99,14 @@ impl Brep {
                 };
                 // Downhill it may have come to a border that the edge crosses, or to another sheet.
                 if foot.1 > enough {
-                    let closest = surface.nearly_closest(*point, 0.01 * enough, OFF)?;
-                    foot = (closest.at, closest.distance);
+                    // Which of the places that are about as near matters not; of that one the distance is told as it is.
+                    let nearly = surface.nearly_closest(*point, 0.01 * enough, OFF)?;
+                    let closest = surface.foot(*point, nearly.at)?;
+                    foot = if closest.distance <= nearly.distance {
+                        (closest.at, closest.distance)
+                    } else {
+                        (nearly.at, nearly.distance)
+                    };
                 }
                 last = Some(foot.0);
                 if foot.1 > worst.1 {
