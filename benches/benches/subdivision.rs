@@ -7,62 +7,23 @@
 //! What is kept differs, so OpenSubdiv stands there twice: `OpenSubdiv` makes of the finest level what is needed for its vertices, `OpenSubdiv,
 //! full` edges and neighbours of faces, too, as ours (which derives its edges when they are asked for) and alum's half-edges can answer.
 
-use std::collections::HashMap;
 use std::hint::black_box;
 
 use alum::{DVec3, HasTopology, PolyMeshF64};
 use criterion::measurement::Measurement;
 use criterion::{BatchSize, BenchmarkId, Criterion};
+use loftsman_benches::inputs::{lattice, scaled};
 use loftsman_benches::measure::{self, Case};
+use loftsman_benches::shapes::cage;
 use loftsman_kernel::Point;
 use loftsman_kernel::edit::Edit;
 use loftsman_kernel::functional::position;
 use loftsman_kernel::shape::Location;
 use loftsman_kernel::solve::Automatic;
-use loftsman_subdivision::{Cage, SubdivisionSurface, catmull_clark};
+use loftsman_subdivision::{SubdivisionSurface, catmull_clark};
 
 const LEVELS: usize = 5;
 const GROUP: &str = "Catmull-Clark to a million faces";
-
-/// The skin of a cube of cells with a square hole through it, as `peers/opensubdiv.cpp` has it: vertices of valence 3, 4 and 5.
-fn lattice(cells: i32, hole: std::ops::Range<i32>) -> (Vec<[i32; 3]>, Vec<[usize; 4]>) {
-    let there = |c: [i32; 3]| {
-        c.iter().all(|x| (0..cells).contains(x)) && !(hole.contains(&c[0]) && hole.contains(&c[1]))
-    };
-    let (mut numbers, mut points, mut faces) = (HashMap::new(), Vec::new(), Vec::new());
-    for number in 0..cells.pow(3) {
-        let cell = [number / (cells * cells), number / cells % cells, number % cells];
-        for (axis, plus) in (0..3).flat_map(|axis| [(axis, 0), (axis, 1)]) {
-            let mut beyond = cell;
-            beyond[axis] += 2 * plus - 1;
-            if !there(cell) || there(beyond) {
-                continue;
-            }
-            let first = (axis + if plus == 1 { 1 } else { 2 }) % 3;
-            let second = (axis + if plus == 1 { 2 } else { 1 }) % 3;
-            faces.push(std::array::from_fn(|corner| {
-                let mut p = cell;
-                p[axis] += plus;
-                p[first] += i32::from(corner == 1 || corner == 2);
-                p[second] += i32::from(corner >= 2);
-                *numbers.entry(p).or_insert_with(|| {
-                    points.push(p);
-                    points.len() - 1
-                })
-            }));
-        }
-    }
-    (points, faces)
-}
-
-fn scaled(points: &[[i32; 3]], cells: i32) -> impl Iterator<Item = [f64; 3]> {
-    points.iter().map(move |p| p.map(|x| f64::from(x) / f64::from(cells)))
-}
-
-fn cage(cells: i32, hole: std::ops::Range<i32>) -> Cage {
-    let (points, faces) = lattice(cells, hole);
-    Cage::new(scaled(&points, cells).map(Point::from).collect(), &faces).expect("a closed cage")
-}
 
 fn alums() -> PolyMeshF64 {
     let (points, faces) = lattice(12, 4..8);

@@ -1,6 +1,8 @@
 //! The inputs of the workloads. The formulas are the definition, so that programs in other languages can take the
 //! same ones.
 
+use std::collections::HashMap;
+
 /// `u_k` in `[0, 1)`: `x ← (1664525 x + 1013904223) mod 2³²`, `u = x / 2³²`, the first value after one step.
 pub fn sequence(seed: u32, count: usize) -> Vec<f64> {
     let mut x = seed;
@@ -133,4 +135,40 @@ fn quadratic(t: &[f64], s: usize, u: f64) -> [f64; 3] {
     let left = (t[s + 1] - u) / (t[s + 1] - t[s - 1]);
     let right = (u - t[s]) / (t[s + 2] - t[s]);
     [(1.0 - a) * left, (1.0 - a) * (1.0 - left) + a * (1.0 - right), a * right]
+}
+
+/// The skin of a cube of cells with a square hole through it, as `peers/opensubdiv.cpp` has it: vertices of valence 3, 4 and 5.
+pub fn lattice(cells: i32, hole: std::ops::Range<i32>) -> (Vec<[i32; 3]>, Vec<[usize; 4]>) {
+    let there = |c: [i32; 3]| {
+        c.iter().all(|x| (0..cells).contains(x)) && !(hole.contains(&c[0]) && hole.contains(&c[1]))
+    };
+    let (mut numbers, mut points, mut faces) = (HashMap::new(), Vec::new(), Vec::new());
+    for number in 0..cells.pow(3) {
+        let cell = [number / (cells * cells), number / cells % cells, number % cells];
+        for (axis, plus) in (0..3).flat_map(|axis| [(axis, 0), (axis, 1)]) {
+            let mut beyond = cell;
+            beyond[axis] += 2 * plus - 1;
+            if !there(cell) || there(beyond) {
+                continue;
+            }
+            let first = (axis + if plus == 1 { 1 } else { 2 }) % 3;
+            let second = (axis + if plus == 1 { 2 } else { 1 }) % 3;
+            faces.push(std::array::from_fn(|corner| {
+                let mut p = cell;
+                p[axis] += plus;
+                p[first] += i32::from(corner == 1 || corner == 2);
+                p[second] += i32::from(corner >= 2);
+                *numbers.entry(p).or_insert_with(|| {
+                    points.push(p);
+                    points.len() - 1
+                })
+            }));
+        }
+    }
+    (points, faces)
+}
+
+/// Places of a lattice, in a cube of edge 1.
+pub fn scaled(points: &[[i32; 3]], cells: i32) -> impl Iterator<Item = [f64; 3]> {
+    points.iter().map(move |p| p.map(|x| f64::from(x) / f64::from(cells)))
 }

@@ -1,4 +1,4 @@
-//! What the benches share: [`inputs`] defined by formulas, plain [`floor`] references, and how to [`measure`]; for meshes
+//! What the benches share: [`inputs`] defined by formulas, [`shapes`] made of them and of files, plain [`floor`] references, and how to [`measure`]; for meshes
 //! their [`deviation`].
 //!
 //! Each file under `benches/` asks one question and puts Loftsman, its peers and a floor side by side on the same
@@ -9,3 +9,4 @@ pub mod deviation;
 pub mod floor;
 pub mod inputs;
 pub mod measure;
+pub mod shapes;

@@ -58,8 +58,8 @@ impl std::fmt::Display for Flaw {
 
 impl Brep {
     /// What is further from its place than its own tolerance and `slack` (in the scene's unit): ends of edges from vertices, edges
-    /// from the surfaces of their faces, at `2p + 3` places of each knot span. By number of edge. Each place costs a search on the
-    /// surface, most of them from the place before.
+    /// from the surfaces of their faces, at `2p + 3` places of each knot span. By number of edge. Each place costs a few steps downhill
+    /// on the surface from the place before; a search of all of it where these end too far off.
     ///
     /// # Errors
     /// When an evaluation overflows.
@@ -93,10 +93,9 @@ impl Brep {
             let mut last = None;
             for (&t, point) in places.iter().zip(&points) {
                 let enough = edge.tolerance + slack;
-                let mut foot = match last {
-                    Some(start) => surface.foot(*point, start).map(|foot| (foot.at, foot.distance))?,
-                    None => ((0.0, 0.0), f64::INFINITY),
-                };
+                let start = last.unwrap_or_else(|| surface.seed(*point));
+                let mut foot =
+                    surface.foot_within(*point, start, enough).map(|foot| (foot.at, foot.distance))?;
                 // Downhill it may have come to a border that the edge crosses, or to another sheet.
                 if foot.1 > enough {
                     // Which of the places that are about as near matters not; of that one the distance is told as it is.

@@ -19,6 +19,11 @@ impl Surface {
     /// # Errors
     /// When the point or the start is not finite.
     pub fn foot(&self, point: Point, start: (f64, f64)) -> Result<Foot> {
+        self.foot_within(point, start, 0.0)
+    }
+
+    /// As [`foot`](Self::foot), but any place as near as `enough` will do.
+    pub(crate) fn foot_within(&self, point: Point, start: (f64, f64), enough: f64) -> Result<Foot> {
         if !(point.iter().all(|c| c.is_finite()) && start.0.is_finite() && start.1.is_finite()) {
             return Err(Error::Invalid("the point or the place to start from is not finite".into()));
         }
@@ -34,6 +39,9 @@ impl Surface {
         // Parameters of unlike lengths are measured by how far they move the point.
         let mut damping = 1e-12;
         for _ in 0..STEPS {
+            if away.norm() <= enough {
+                break;
+            }
             let (su, sv) = (d[2], d[1]);
             let (mut a, b, mut c) = (su.dot(&su), su.dot(&sv), sv.dot(&sv));
             let (mut g, mut h) = (su.dot(&away), sv.dot(&away));
@@ -86,6 +94,15 @@ impl Surface {
             }
         }
         Ok(Foot { at: (at[0], at[1]), point: Point::from(d[0]), distance: away.norm() })
+    }
+
+    /// Where on the surface the control vertex nearest to a point has most influence, or about there: to start [downhill](Self::foot) from.
+    pub(crate) fn seed(&self, point: Point) -> (f64, f64) {
+        let to = |vertex: &Point| (vertex - point).norm_squared();
+        let nearest = self.points().iter().enumerate().min_by(|a, b| to(a.1).total_cmp(&to(b.1)));
+        let vertex = nearest.map_or(0, |(k, _)| k);
+        let (u, v) = (self.u(), self.v());
+        (u.greville(vertex / v.len()), v.greville(vertex % v.len()))
     }
 }
 
