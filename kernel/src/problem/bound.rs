@@ -90,7 +90,7 @@ pub(crate) fn add_companions(
         changed.extend(other.map(|other| (at, other)));
     };
     for (at, constraint) in constraints.iter().enumerate() {
-        consider(at, &constraint.functional, constraint.sense() == Sense::Equal);
+        consider(at, &constraint.functional, constraint.sense() == Sense::Equal && !constraint.by_itself);
     }
     if let Some(handle) = &handle {
         consider(constraints.len(), handle, true);

@@ -94,18 +94,41 @@ pub struct Constraint {
     pub(crate) companion: Option<String>,
     /// What whoever asked calls it, where that is not what the functional is.
     pub(crate) called: Option<Arc<str>>,
+    /// Whether nothing stands still beside it.
+    pub(crate) by_itself: bool,
 }
 
 impl Constraint {
     /// A functional and what is wanted of it.
     pub fn new(functional: Arc<dyn Functional>, wanted: Wanted) -> Self {
-        Self { functional, wanted, axis: None, companion: None, called: None }
+        Self { functional, wanted, axis: None, companion: None, called: None, by_itself: false }
     }
 
     /// Narrows a vector's constraint to one axis: the others stay free.
     #[must_use]
     pub fn axis(mut self, axis: Axis) -> Self {
         self.axis = Some(axis);
+        self
+    }
+
+    /// Asks it by itself: its [companions](Functional::companions) need not stand still, for whoever says what does.
+    #[must_use]
+    pub fn by_itself(mut self) -> Self {
+        self.by_itself = true;
+        self
+    }
+
+    /// The same of another functional.
+    #[must_use]
+    pub fn of(mut self, functional: Arc<dyn Functional>) -> Self {
+        self.functional = functional;
+        self
+    }
+
+    /// The same functional with something else wanted of it.
+    #[must_use]
+    pub fn wanting(mut self, wanted: Wanted) -> Self {
+        self.wanted = wanted;
         self
     }
 

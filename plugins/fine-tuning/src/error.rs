@@ -104,6 +104,15 @@ pub enum FineTuneError {
         /// Values of α.
         values: usize,
     },
+    /// What is asked of the ends is met nearest to the α asked for by 1.
+    #[error(
+        "{asked}: of all α that do this, 1 is the nearest to the one asked for, so that nothing would be tuned: ask for an α that varies along the curve, tune a \
+         part of it (range), or let the end go (ends = \"free\")"
+    )]
+    Nothing {
+        /// What is asked.
+        asked: String,
+    },
     /// Edges of a surface that stay with α = 1 only.
     #[error(
         "that both edges across {along} stay takes {equations} independent equations of α{}, which has {values} values that may change, so \

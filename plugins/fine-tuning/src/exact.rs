@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Report, Unknowns, Value, Wanted};
-use loftsman_kernel::functional::{Linearity, Shapes, derivative, position, value_of, vertex};
-use loftsman_kernel::shape::Shape;
+use loftsman_kernel::functional::{Linearity, Position, Shapes, derivative, position, value_of, vertex};
+use loftsman_kernel::shape::{Location, Shape};
 use loftsman_kernel::solve::{Operator, Solver, Symmetric};
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::spline::algebra::Function;
@@ -79,7 +79,8 @@ pub(crate) fn solve(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &Asked<'_
     let apart = |a: &[f64], b: &[f64]| mean(&problem.gram, a, b, alpha.space().length());
     let change = apart(alpha.coefficients(), found.coefficients());
     // From 1 to what was asked, and from there back to what came.
-    if change > 0.5 * apart(&vec![1.0; alpha.coefficients().len()], alpha.coefficients()) {
+    let wanted = apart(&vec![1.0; alpha.coefficients().len()], alpha.coefficients());
+    if wanted > 1e-9 && change > 0.5 * wanted {
         report.notes.push(
             "more than half of what was asked is undone so that the ends stay: give alpha more knots, tune a longer range, or hold it where \
              it matters (alpha_at)"
@@ -131,9 +132,34 @@ impl Asked<'_> {
             }
         }
         for constraint in self.constraints {
-            all.push(self.as_given(constraint)?);
+            let held = self.held_beside(constraint);
+            all.push(self.as_given(&Self::alone(constraint))?);
+            if let Some(held) = held.filter(|held| !all.iter().any(|c| c.functional().same_as(held))) {
+                all.push(self.as_given(&held.keep())?);
+            }
         }
         Ok(all)
+    }
+
+    /// The position that stands still beside what is asked at a place (curvature), unless it is asked for itself. The derivative, that would too in an
+    /// edit, is what α scales.
+    fn held_beside(&self, constraint: &Constraint) -> Option<Position> {
+        let Some((shape, Location::Curve(at))) = constraint.functional().location() else { return None };
+        let held = position(at).on(shape);
+        let companions = constraint.functional().companions();
+        let asked = |c: &Constraint| c.functional().same_as(&held);
+        (companions.iter().any(|c| c.same_as(&held)) && !self.constraints.iter().any(asked)).then_some(held)
+    }
+
+    /// What is asked at a place without what an edit would hold there: as it is where the derivatives may change.
+    fn alone(constraint: &Constraint) -> Constraint {
+        let functional = constraint.functional();
+        if functional.location().is_none() {
+            return constraint.clone();
+        }
+        let alone = functional.beside(&|_| false).unwrap_or_else(|| Arc::clone(functional));
+        let same = constraint.clone().of(alone);
+        same.called(&constraint.describe()).by_itself()
     }
 
     /// A constraint whose target is a value that the given curve has, changes or multiplies, with that number.
@@ -158,12 +184,7 @@ impl Asked<'_> {
             }
             _ => return Ok(constraint.clone()),
         };
-        let bound =
-            Constraint::new(Arc::clone(functional), Wanted::To(Value(to))).called(&constraint.describe());
-        Ok(match constraint.narrowed() {
-            Some(axis) => bound.axis(axis),
-            None => bound,
-        })
+        Ok(constraint.clone().wanting(Wanted::To(Value(to))).called(&constraint.describe()))
     }
 }
 
@@ -246,10 +267,13 @@ impl<'a> Problem<'a> {
         Ok((part, alpha, report))
     }
 
-    /// Ends that leave α no choice: α = 1 meets them, and no other does, so that nothing would be tuned.
+    /// Ends that leave α no choice: α = 1 meets them, and no other does or none that is nearer to what is asked, so that nothing would be tuned.
     fn no_freedom(&self, rank: usize) -> FineTuneError {
         let values = self.scale.control_vertices().len();
         let equations = self.equations().max(rank);
+        if values > equations {
+            return FineTuneError::Nothing { asked: self.what() };
+        }
         FineTuneError::TooFewValues { asked: self.what(), equations, needed: equations + 1, values }
     }
 

@@ -99,6 +99,61 @@ fn area_kept_while_alpha_scales() {
     assert!((after.point(6.0).unwrap() - before.point(6.0).unwrap()).norm() > 1e-3);
 }
 
+/// The curvature at a place is what is asked of the curve as it was given, and so is the place; its derivative is what α scales.
+#[test]
+fn curvature_asked_while_alpha_scales() {
+    let curvature = |curve: &Curve| {
+        let (first, second) = (curve.derivative(4.0, 1).unwrap(), curve.derivative(4.0, 2).unwrap());
+        first.cross(&second).norm() / first.norm().powi(3)
+    };
+    for name in ["ring", "wave"] {
+        for (wanted, times) in
+            [(json!({ "scale": 2.0 }), 2.0), (json!({ "keep": true }), 1.0), (json!({ "scale": 0.5 }), 0.5)]
+        {
+            let mut scene = scene();
+            let before = scene.curve(name).unwrap().clone();
+            let values: Vec<f64> = (0..before.space().len() - usize::from(name == "wave"))
+                .map(|i| if i % 4 == 0 { 0.6 } else { 1.0 })
+                .collect();
+            let mut asked = json!({ "kind": "curvature", "at": 4.0 });
+            asked.as_object_mut().unwrap().extend(wanted.as_object().unwrap().clone());
+            let fields = json!({ "object": name, "alpha": values, "constraints": [asked] });
+            let report = run(&mut scene, fields).unwrap();
+            let after = scene.curve(name).unwrap();
+            let case = format!("{name} {wanted}");
+            assert!(
+                (after.point(4.0).unwrap() - before.point(4.0).unwrap()).norm() < 1e-12,
+                "{case}: {report:?}"
+            );
+            assert!(
+                (curvature(after) - times * curvature(&before)).abs() < 1e-9,
+                "{case}: {} {}",
+                curvature(after),
+                curvature(&before)
+            );
+            let slower = after.derivative(4.0, 1).unwrap() * times - before.derivative(4.0, 1).unwrap();
+            assert!(slower.norm() < 1e-9, "{case}: the tangent does not turn, and is divided by as much");
+            assert!((after.point(6.0).unwrap() - before.point(6.0).unwrap()).norm() > 1e-6, "{case}");
+        }
+    }
+}
+
+/// Where 1 is the α nearest to what is asked, that is said; where nothing is asked, nothing is undone.
+#[test]
+fn nothing_is_tuned() {
+    let error = fails(json!({ "object": "ring", "alpha": 1.0, "range": [3, 3] }));
+    assert!(error.contains("range"), "{error}");
+    let space = Space::clamped_uniform(3, 9).unwrap();
+    let line = (0..9).map(|i| Point::new(space.greville(i), 0.0, 0.0)).collect();
+    let mut scene = Scene::new();
+    let line = Curve::new(space, line).unwrap();
+    scene.add(Object::new("line", line.into())).unwrap();
+    let error = run(&mut scene, json!({ "object": "line", "alpha": 0.35 })).unwrap_err().to_string();
+    assert!(error.contains("1 is the nearest") && error.contains("range"), "{error}");
+    let report = run(&mut scene, json!({ "object": "line", "alpha": 1.0 })).unwrap();
+    assert!(!report.notes.iter().any(|note| note.contains("undone")), "{report:?}");
+}
+
 /// The area of a loop is kept while a part of it is tuned; what is outside of the part stands still.
 #[test]
 fn area_kept_while_a_part_is_tuned() {
