@@ -53,7 +53,9 @@ impl<S: Shape> Session<S> {
             let on_the_way = matches!(error, EditError::Geometry(_));
             let most = looks(&self.problem.bound);
             let used = match error {
-                EditError::Solve(SolveError::NotConverged { iterations, .. }) => *iterations,
+                EditError::Solve(
+                    SolveError::NotConverged { iterations, .. } | SolveError::StillMoving { iterations, .. },
+                ) => *iterations,
                 _ => 0,
             };
             match self.iterate(most.saturating_sub(used).max(most / 4)) {
@@ -160,7 +162,12 @@ impl<S: Shape> Session<S> {
                 return Err(self.overflow(worst));
             }
             if iteration == ITERATIONS || !progress.goes_on(1, error, step.change / step.whole) {
-                return Err(self.not_converged(iteration, worst).into());
+                let change = step.change / step.whole;
+                return Err(if met {
+                    SolveError::StillMoving { iterations: iteration, change }.into()
+                } else {
+                    self.not_converged(iteration, worst).into()
+                });
             }
             // Where the tangential way hardly gets shorter, it is too long: the shape is bent more than the metric says.
             // Where shorter ways do not help for long, the way tells by how it has turned: back, and it is still too long;
