@@ -182,6 +182,9 @@ impl Holds {
                 (true, true) => "becomes segments or triangles; the exact one goes along for Loftsman",
                 (false, true) => "goes along for Loftsman: other programs see nothing of it",
                 _ if matches!(geometry, Geometry::Instance(_)) => "is written object by object",
+                _ if matches!(geometry, Geometry::Custom(_)) => {
+                    "is left out: make splines or triangles of it first (operations patches and tessellate)"
+                }
                 _ => "is left out",
             };
             *kinds.entry((geometry.kind(), fate)).or_default() += 1;
