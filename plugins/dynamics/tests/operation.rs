@@ -110,12 +110,12 @@ fn nothing_changes_where_it_is_refused() {
         (json!({ "seconds": 1, "draw": 1e-30 }), "draw: the time in which constraints are drawn in is 1e-30"),
         (json!({ "seconds": 1, "corners": true }), "corners: corners come where rest is looked for"),
         (
-            json!({ "seconds": 1, "constraints": [{ "kind": "tangent", "near": 3 }] }),
-            "constraints[0].near: \"tangent\" holds at a location that stays: give `at`",
+            json!({ "seconds": 1, "constraints": [{ "kind": "join", "near": 3, "with": { "object": "rope", "at": 0 } }] }),
+            "constraints[0].near: \"join\" holds at a location that stays: give `at`",
         ),
         (
-            json!({ "seconds": 1, "constraints": [{ "kind": "orthogonal", "near": 3, "to": [1, 0, 0] }] }),
-            "constraints[0].near: \"orthogonal\" holds at a location that stays",
+            json!({ "seconds": 1, "constraints": [{ "kind": "vertex", "near": 3, "index": 1 }] }),
+            "constraints[0].near: \"vertex\" is asked of the whole shape, and has no location that could slide",
         ),
         (
             json!({ "seconds": 1, "constraints": [{ "kind": "sliding-tangent", "near": 3, "direction": [0, 0, 0] }] }),

@@ -109,7 +109,7 @@ impl Link {
     /// The highest derivative that is held at one of its places; the point itself is of order 0.
     pub(crate) fn order_at(&self, place: usize) -> usize {
         let terms = self.parts.iter().flat_map(|part| &part.terms).filter(|term| term.place == Some(place));
-        terms.filter_map(|term| term.order).max().unwrap_or(0)
+        terms.map(|term| term.order).max().unwrap_or(0)
     }
 
     /// Two places of one curve that have come together: a loop drawn shut. Of degree 1 or 2 there is none within one span: it would have no length, or lie
