@@ -104,12 +104,14 @@ impl Simulation {
             let own = length.min(end - self.time);
             match self.newton(&mut implicit, own) {
                 Ok(true) => {
+                    self.pauses += usize::from(own < step);
                     self.time += own;
                     self.worst = self.worst.max(self.missed);
                 }
                 Ok(false) if halvings < most => {
                     halvings += 1;
                     length *= 0.5;
+                    self.pauses += 1;
                 }
                 Ok(false) if self.settling => done = Err(DynamicsError::NoRest),
                 Ok(false) => {
