@@ -99,3 +99,40 @@ fn on_the_corner_that_holds_it_energy_is_least() {
         }
     }
 }
+
+/// Places that are drawn to a corner from both sides stand on it in implicit steps, too: before, steps did not arrive there, and hundreds to thousands of halves were taken for
+/// a second of motion.
+#[test]
+fn implicit_steps_stand_on_corners() {
+    for count in [12_u32, 20, 31] {
+        let points = (0..=count).map(|k| {
+            let t = f64::from(k % count) / f64::from(count) * std::f64::consts::TAU;
+            let wave = 1.0 + 0.05 * (7.0 * t).sin() + 0.04 * (5.0 * t).cos();
+            Point::new(0.6 * wave * t.cos(), 0.6 * wave * t.sin(), 0.03 * (3.0 * t).sin())
+        });
+        let rope =
+            Curve::new(Space::clamped_uniform(1, count as usize + 1).unwrap(), points.collect()).unwrap();
+        let end = f64::from(count);
+        let mut simulation = Setup::new(Body::new(&rope).mass(0.2).stiffness(100.0).damping(0.5))
+            .gravity([0.0, 0.0, -9.81])
+            .hold(fixed(0.0))
+            .hold(sliding(0.31 * end))
+            .hold(sliding(0.77 * end))
+            .scheme(Scheme::Implicit)
+            .keep_seams()
+            .prepare()
+            .unwrap();
+        for _ in 0..24 {
+            simulation.advance(1.0 / 24.0).unwrap();
+        }
+        assert!(
+            simulation.sub_steps() == 24 && simulation.pauses() <= 60,
+            "{count}: {}",
+            simulation.pauses()
+        );
+        let worst = simulation.worst_error();
+        assert!(worst < 1e-6, "{count}: {worst:e}");
+        let settled = simulation.settle_without_corners().unwrap();
+        assert!(settled.rests, "{count}: {settled:?}");
+    }
+}

@@ -28,6 +28,9 @@ pub(crate) fn sharp_knots(shape: &dyn Shape, axis: usize, order: usize) -> Vec<f
     all.filter(|u| inside(*u) && space.multiplicity(*u) + order >= space.degree()).collect()
 }
 
+/// What turned round so often across a corner stands on it.
+const OFTEN: usize = 3;
+
 /// Locations of a constraint's places.
 pub(crate) type Places = SmallVec<[Location; 2]>;
 
@@ -70,6 +73,25 @@ impl Link {
             *turns += usize::from(*last * by < 0.0 && by.abs() > 0.2 * last.abs());
             *last = *by;
         }
+    }
+
+    /// One of its parameters that has turned round often enough, over a corner that is no farther than it went last, stands on that. Whether it does so now.
+    pub(crate) fn stand_where_it_turns(&mut self, own: usize) -> bool {
+        let (last, turns) = self.turns[own];
+        let Some(at) = self.parameters().get(own).copied().filter(|_| turns >= OFTEN && !self.stands[own])
+        else {
+            return false;
+        };
+        let corner = if self.is_on_corner(own, at) {
+            Some((at, 0.0))
+        } else {
+            let sides = [true, false].map(|forward| self.next_corner(own, at, forward));
+            sides.into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1))
+        };
+        let Some((corner, _)) = corner.filter(|(_, way)| *way <= last.abs()) else { return false };
+        self.put_at(own, corner, 0.0);
+        (self.stands[own], self.rates[own]) = (true, 0.0);
+        true
     }
 
     /// Moves its parameters by lengths along the shape; switches it off where one leaves its shape.
