@@ -24,6 +24,9 @@ const SLIDES: f64 = 0.1;
 /// A step is halved as often as this.
 const HALVINGS: usize = 12;
 
+/// Of a constraint as a step starts: rates, places, whether it holds, which of its parameters stand on corners.
+type Sliding = (Vec<f64>, Vec<Location>, Phase, Vec<bool>);
+
 /// What implicit steps need beside the simulation.
 #[derive(Debug)]
 pub(crate) struct Implicit {
@@ -31,7 +34,7 @@ pub(crate) struct Implicit {
     places: Vec<Vec<usize>>,
     before: Vec<f64>,
     vertices: Vec<Vec<Point>>,
-    sliding: Vec<(Vec<f64>, Vec<Location>, Phase, Vec<bool>)>,
+    sliding: Vec<Sliding>,
     change: Vec<f64>,
     room: Room,
 }
