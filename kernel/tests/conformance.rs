@@ -46,14 +46,25 @@ fn samples(kind: &str) -> Vec<(bool, serde_json::Value)> {
             (true, json!({ "at": [0.9, 1.3], "order": [1, 1] })),
         ],
         "tangent" => {
-            vec![(false, json!({ "at": 0.9 })), (false, json!({ "at": 0.9, "direction": [1, 2, 3] }))]
+            vec![
+                (false, json!({ "at": 0.9 })),
+                (false, json!({ "at": 0.9, "direction": [1, 2, 3] })),
+                (false, json!({ "near": 0.9 })),
+                (false, json!({ "near": 0.9, "direction": [1, 2, 3] })),
+            ]
         }
         "magnitude" | "curvature" => vec![(false, json!({ "at": 0.9 }))],
         "signed-curvature" => {
             vec![(false, json!({ "at": 0.9 })), (false, json!({ "at": 0.9, "normal": [1, 2, 3] }))]
         }
-        "orthogonal" => vec![(false, json!({ "at": 0.9, "to": [1, 2, 3] }))],
-        "normal" => vec![(true, json!({ "at": [0.9, 1.3], "to": [1, 2, 3] }))],
+        "orthogonal" => vec![
+            (false, json!({ "at": 0.9, "to": [1, 2, 3] })),
+            (false, json!({ "near": 0.9, "to": [1, 2, 3] })),
+        ],
+        "normal" => vec![
+            (true, json!({ "at": [0.9, 1.3], "to": [1, 2, 3] })),
+            (true, json!({ "near": [0.9, 1.3], "to": [1, 2, 3] })),
+        ],
         "vertex" => vec![(false, json!({ "index": -1 })), (true, json!({ "index": 4 }))],
         "linear" => vec![(
             false,

@@ -13,7 +13,9 @@ use dice::Dice;
 use loftsman_kernel::conformance::{functional_conformance, sample_shapes};
 use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Metric, Session};
 use loftsman_kernel::error::Result;
-use loftsman_kernel::functional::{Functional, Linearity, Rows, Shapes, curvature, near, position};
+use loftsman_kernel::functional::{
+    Functional, Linearity, Rows, Shapes, curvature, near, orthogonal, position, tangent,
+};
 use loftsman_kernel::shape::{Derivative, Location};
 use loftsman_kernel::solve::{
     Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, SolveError, Solver, Sparse,
@@ -391,6 +393,93 @@ fn who_moves_otherwise_than_said_is_seen_and_harms_nobody() {
             Err(error) => assert!(stays && error.to_string().contains("cannot be moved"), "{error}"),
         }
     }
+}
+
+/// A linear functional that moves, but whose rows change otherwise than it says, or in another number.
+#[derive(Debug)]
+struct Askew(loftsman_kernel::functional::Position, f64, usize);
+
+impl Functional for Askew {
+    fn equations(&self) -> usize {
+        3
+    }
+
+    fn linearity(&self) -> Linearity {
+        Linearity::Linear
+    }
+
+    fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
+        self.0.rows(shapes, rows)
+    }
+
+    fn describe(&self) -> String {
+        "askew".into()
+    }
+
+    fn location(&self) -> Option<(usize, Location)> {
+        self.0.location()
+    }
+
+    fn moved(&self, to: Location) -> Option<Arc<dyn Functional>> {
+        self.0.moved(to)
+    }
+
+    fn along(&self, shapes: &Shapes<'_>, order: Derivative, out: &mut [f64]) -> Result<()> {
+        self.0.along(shapes, order, out)
+    }
+
+    fn along_rows(&self, shapes: &Shapes<'_>, order: Derivative, rows: &mut Rows<'_>) -> Result<()> {
+        let (_, at) = self.0.location().unwrap();
+        let stencil: loftsman_kernel::shape::Stencil =
+            shapes.stencil(0, at, order)?.iter().map(|(v, c)| (v, c * self.1)).collect();
+        (0..self.2).for_each(|_| rows.alike(0, &stencil));
+        Ok(())
+    }
+}
+
+#[test]
+fn whose_rows_change_otherwise_than_said_is_seen() {
+    let passes = |factor: f64, times: usize| {
+        let askew = Askew(position(0.9), factor, times);
+        sample_shapes(false).into_iter().all(|shape| functional_conformance(&askew, &[shape]).passed())
+    };
+    assert!(passes(1.0, 1));
+    assert!(!passes(1.001, 1) && !passes(1.0, 2) && !passes(1.0, 0) && !passes(f64::NAN, 1));
+}
+
+/// A direction that a curve is to have somewhere: where it has it already nothing moves, and where it has it nowhere the place is that of the
+/// least change of all near it.
+#[test]
+fn directions_float_to_where_they_cost_least() {
+    let points = (0..12).map(|i| Point::new(f64::from(i), (0.7 * f64::from(i)).sin(), 0.0)).collect();
+    let curve = Curve::new(Space::clamped_uniform(3, 12).unwrap(), points).unwrap();
+    let size = |edited: &Curve| measured(&curve, edited, &Metric::Least);
+    // Level somewhere: at its crest.
+    for ask in
+        [orthogonal(near(2.0), [0.0, 1.0, 0.0]).hold(), tangent(near(2.0)).along([1.0, 0.0, 0.0]).hold()]
+    {
+        let level = Edit::new(&curve).ask(ask).solve().unwrap();
+        let at = level.report().constraints[0].location.clone().unwrap()[0];
+        let slope = level.shape().derivative(at, 1).unwrap();
+        assert!(slope.y.abs() < 1e-12 && size(level.shape()) < 1e-7, "{at}: {slope}");
+    }
+    // Out of its plane it leans nowhere.
+    let lean = Vector::new(1.0, 0.0, 1.0);
+    let cost = |u: f64| size(Edit::new(&curve).ask(tangent(u).along(lean).hold()).solve().unwrap().shape());
+    let floats = Edit::new(&curve).ask(tangent(near(4.4)).along(lean).hold()).solve().unwrap();
+    let at = floats.report().constraints[0].location.clone().unwrap()[0];
+    let slope = floats.shape().derivative(at, 1).unwrap();
+    assert!(slope.cross(&lean).norm() < 1e-11 * slope.norm(), "{slope}");
+    let here = size(floats.shape());
+    assert!((here - cost(at)).abs() < 1e-9 * here && here < cost(4.4), "{here} {}", cost(4.4));
+    for beside in [-0.01, 0.01] {
+        assert!(cost(at + beside) > here, "{at}: {here}, {beside} beside {}", cost(at + beside));
+    }
+    assert!(
+        floats.report().notes[0].starts_with("tangent near 4.4: it holds at "),
+        "{:?}",
+        floats.report().notes
+    );
 }
 
 /// Two locations that look for one target and find one place would make the curve stand still between them; where they find two

@@ -224,6 +224,7 @@ fn moves(
         };
         let (Some(below), Some(above)) = (value_at(by(-step)), value_at(by(step))) else { continue };
         let told = functional.along(&view(shapes), order, &mut along);
+        rows_along(functional, shapes, order, &along, verdict, name);
         verdict.check(told.is_ok(), || format!("{name} moves, but does not say how it changes: {told:?}"));
         let size = along.iter().chain(value).fold(0.0_f64, |m, v| m.max(v.abs()));
         // From one side or the other: a knot may be there.
@@ -232,6 +233,53 @@ fn moves(
             let near = sides.iter().any(|found| (found - told).abs() <= 1e-4 * (size + found.abs()));
             verdict
                 .check(near, || format!("{name} changes by {} along its location and says {told}", sides[0]));
+        }
+    }
+}
+
+/// The rows along its location say of the control vertices as they are what it says, and of a linear one they are how its rows change: of control vertices
+/// elsewhere they say what it says there.
+fn rows_along(
+    functional: &dyn Functional,
+    shapes: &[Box<dyn Shape>],
+    order: Derivative,
+    along: &[f64],
+    verdict: &mut Verdict,
+    name: &str,
+) {
+    let Some(moved_here) = functional.location().and_then(|(_, at)| functional.moved(at)) else { return };
+    if moved_here.linearity() != Linearity::Linear {
+        return;
+    }
+    let mut store = Store::default();
+    let told = functional.along_rows(&view(shapes), order, &mut store.rows(&view(shapes)));
+    verdict.check(told.is_ok(), || format!("{name} moves, but does not say how its rows change: {told:?}"));
+    if told.is_err() {
+        return;
+    }
+    let blocks = store.equations_from(0);
+    verdict.check(blocks == along.len(), || {
+        format!("{name} has {} equations, and {blocks} rows of changes along its location", along.len())
+    });
+    if blocks != along.len() {
+        return;
+    }
+    let mut random = Lcg::new(5);
+    let total = view(shapes).vertex_count();
+    let way: Vec<Vector> =
+        (0..total).map(|_| Vector::new(random.next(), random.next(), random.next())).collect();
+    for step in [0.0, 1.0] {
+        let there = moved(shapes, &way, step);
+        let (mut by_rows, mut told) = (vec![0.0; along.len()], vec![0.0; along.len()]);
+        store.evaluate(&view(&there), &mut by_rows);
+        if functional.along(&view(&there), order, &mut told).is_err() {
+            continue;
+        }
+        let sizes = magnitudes(&store, &view(&there));
+        for ((by_rows, told), size) in by_rows.iter().zip(&told).zip(sizes) {
+            verdict.check((by_rows - told).abs() <= 1e-11 * size.max(told.abs()), || {
+                format!("{name} changes by {told} along its location, by its rows of that by {by_rows}")
+            });
         }
     }
 }

@@ -91,6 +91,38 @@ pub(super) const AT_OR_NEAR: [Field; 2] = [
     ),
 ];
 
+/// The same of a kind that is asked of curves.
+pub(super) const ALONG_CURVE: [Field; 2] = [
+    Field::optional(
+        "at",
+        "number, or { closest = [x, y, z] }",
+        "this or near is needed",
+        "the location: the curve's parameter",
+    ),
+    Field::optional(
+        "near",
+        "number, or { closest = [x, y, z] }",
+        "this or at is needed",
+        "instead of at: the location floats, from here to where the change is least",
+    ),
+];
+
+/// The same of a kind that is asked of surfaces.
+pub(super) const ON_SURFACE: [Field; 2] = [
+    Field::optional(
+        "at",
+        "[u, v], { closest = [x, y, z] }, or on faces { face, uv }",
+        "this or near is needed",
+        "the location, in the surface's own parameters",
+    ),
+    Field::optional(
+        "near",
+        "[u, v], { closest = [x, y, z] }, or on faces { face, uv }",
+        "this or at is needed",
+        "instead of at: the location floats, from here to where the change is least",
+    ),
+];
+
 impl<T: Into<Location>> From<T> for At {
     fn from(location: T) -> Self {
         Self { location: location.into(), from: None, floats: false }

@@ -124,6 +124,16 @@ impl Functional for DerivativeAt {
         Ok(())
     }
 
+    fn along_rows(&self, shapes: &Shapes<'_>, order: Derivative, rows: &mut Rows<'_>) -> Result<()> {
+        let order = Derivative { u: self.order.u + order.u, v: self.order.v + order.v };
+        rows.alike(self.on.shape, &shapes.stencil(self.on.shape, self.at.location, order)?);
+        Ok(())
+    }
+
+    fn takes_derivatives(&self) -> usize {
+        self.order.u.max(self.order.v)
+    }
+
     fn notes(&self) -> Vec<String> {
         self.at.note(|| self.describe())
     }

@@ -214,16 +214,36 @@ pub trait Functional: Any + Debug + Send + Sync {
     }
 
     /// The derivative of its value along its location, into `out` (as many numbers as it has equations): by `order.u` times the
-    /// first parameter and `order.v` times the second. For those that can be [moved](Self::moved).
+    /// first parameter and `order.v` times the second. For those that can be [moved](Self::moved). By default what
+    /// [`along_rows`](Self::along_rows) make of the control vertices, which is right for linear ones; those who follow a location
+    /// through thousands of steps want it without allocating.
     ///
     /// # Errors
-    /// By default: its value along its location is not known. As for [`rows`](Self::rows).
+    /// As for [`along_rows`](Self::along_rows).
     fn along(&self, shapes: &Shapes<'_>, order: Derivative, out: &mut [f64]) -> Result<()> {
-        let _ = (shapes, order, out);
+        let mut store = Store::default();
+        self.along_rows(shapes, order, &mut store.rows(shapes))?;
+        store.evaluate(shapes, out);
+        Ok(())
+    }
+
+    /// The derivative of its [rows](Self::rows) along its location, as many: by `order.u` times the first parameter and `order.v` times
+    /// the second. For linear ones that can be [moved](Self::moved).
+    ///
+    /// # Errors
+    /// By default: how it changes along its shape is not known. As for [`rows`](Self::rows).
+    fn along_rows(&self, shapes: &Shapes<'_>, order: Derivative, rows: &mut Rows<'_>) -> Result<()> {
+        let _ = (shapes, order, rows);
         Err(Error::Invalid(format!(
             "{} cannot move along its shape: how it changes there is not known",
             self.describe()
         )))
+    }
+
+    /// The highest derivative of its shape that it takes at its location, along one parameter: 0 (the default) where it looks at points
+    /// alone. Where that derivative jumps, or bends sharply, so does its value along the shape.
+    fn takes_derivatives(&self) -> usize {
+        0
     }
 
     /// Whether it names control vertices of shape `shape` of the problem by their numbers: then it means others once knots

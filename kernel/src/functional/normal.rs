@@ -1,6 +1,9 @@
 //! The normal of a surface.
 
-use super::position::{AT_ON_SURFACE, OBJECT};
+use std::sync::Arc;
+
+use super::at::{At, ON_SURFACE};
+use super::position::OBJECT;
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use crate::Vector;
 use crate::declare::{Declaration, Field, ParameterError, Parameters};
@@ -11,12 +14,12 @@ use crate::shape::{Derivative, Location};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Normal {
     on: On,
-    at: Location,
+    at: At,
     to: Vector,
 }
 
-/// The surface normal at `(u, v)`, or at a place of a face, parallel to a direction.
-pub fn normal(at: impl Into<Location>, to: impl Into<Vector>) -> Normal {
+/// The surface normal at `(u, v)`, or at a place of a face, or [near](super::near()) one, which floats, parallel to a direction.
+pub fn normal(at: impl Into<At>, to: impl Into<Vector>) -> Normal {
     Normal { on: On::default(), at: at.into(), to: to.into() }
 }
 
@@ -27,6 +30,12 @@ impl Normal {
         self.on = shape.into();
         self
     }
+
+    fn unit(&self) -> Result<Vector> {
+        crate::direction(&self.to).ok_or_else(|| {
+            Error::Invalid(format!("{}: the direction is the zero vector; give one", self.describe()))
+        })
+    }
 }
 
 impl Functional for Normal {
@@ -35,26 +44,57 @@ impl Functional for Normal {
     }
 
     fn linearity(&self) -> Linearity {
-        Linearity::Linear
+        if self.at.floats { Linearity::Nonlinear } else { Linearity::Linear }
     }
 
     fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
-        let direction = crate::direction(&self.to).ok_or_else(|| {
-            Error::Invalid(format!("{}: the direction is the zero vector; give one", self.describe()))
-        })?;
-        for order in [Derivative { u: 1, v: 0 }, Derivative { u: 0, v: 1 }] {
-            let stencil = shapes.stencil(self.on.shape, self.at, order)?;
+        self.along_rows(shapes, Derivative::POSITION, rows)
+    }
+
+    fn describe(&self) -> String {
+        format!("normal {}{}", self.at, self.on)
+    }
+
+    fn location(&self) -> Option<(usize, Location)> {
+        Some((self.on.shape, self.at.location))
+    }
+
+    fn floats(&self) -> bool {
+        self.at.floats
+    }
+
+    fn moved(&self, to: Location) -> Option<Arc<dyn Functional>> {
+        Some(Arc::new(Self { at: self.at.moved(to), ..self.clone() }))
+    }
+
+    fn slide(&mut self, to: Location) -> bool {
+        self.at.location = to;
+        true
+    }
+
+    fn along(&self, shapes: &Shapes<'_>, order: Derivative, out: &mut [f64]) -> Result<()> {
+        let direction = self.unit()?;
+        for (out, order) in out.iter_mut().zip(beyond(order)) {
+            *out = shapes.value(self.on.shape, self.at.location, order)?.dot(&direction);
+        }
+        Ok(())
+    }
+
+    fn along_rows(&self, shapes: &Shapes<'_>, order: Derivative, rows: &mut Rows<'_>) -> Result<()> {
+        let direction = self.unit()?;
+        for order in beyond(order) {
+            let stencil = shapes.stencil(self.on.shape, self.at.location, order)?;
             rows.equation().along(self.on.shape, &stencil, direction);
         }
         Ok(())
     }
 
-    fn describe(&self) -> String {
-        format!("normal at {}{}", self.at, self.on)
+    fn takes_derivatives(&self) -> usize {
+        1
     }
 
-    fn location(&self) -> Option<(usize, Location)> {
-        Some((self.on.shape, self.at))
+    fn notes(&self) -> Vec<String> {
+        self.at.note(|| self.describe())
     }
 
     fn is_condition(&self) -> bool {
@@ -62,18 +102,24 @@ impl Functional for Normal {
     }
 }
 
+/// One more by each parameter.
+fn beyond(order: Derivative) -> [Derivative; 2] {
+    let Derivative { u, v } = order;
+    [Derivative { u: u + 1, v }, Derivative { u, v: v + 1 }]
+}
+
 impl DeclaredFunctional for Normal {
     const DECLARATION: Declaration = Declaration {
         name: "normal",
         help: "the surface normal parallel to a direction",
-        fields: &[AT_ON_SURFACE, Field::required("to", "[x, y, z]", "the direction"), OBJECT],
+        fields: &[ON_SURFACE[0], ON_SURFACE[1], Field::required("to", "[x, y, z]", "the direction"), OBJECT],
     };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
-        let at = parameters.location("at")?;
-        if at.parameters() == 1 {
+        let at = At::from_parameters(parameters)?;
+        if at.location.parameters() == 1 {
             return Err(parameters.error(
-                "at",
+                if at.floats { "near" } else { "at" },
                 "a surface's normal is asked at [u, v]; on a curve, ask for the tangent, or that it be orthogonal",
             ));
         }

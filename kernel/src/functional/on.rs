@@ -4,8 +4,10 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::ShapeNames;
+use super::at::At;
 use crate::declare::{ParameterError, Parameters};
 use crate::direction;
+use crate::error::Error;
 use crate::shape::Location;
 
 /// A shape of a problem: its number, and its name where it has one. The default is the first shape. Two are equal that have the
@@ -66,14 +68,38 @@ impl fmt::Display for On {
 pub(super) fn curve_location(parameters: &Parameters) -> Result<f64, ParameterError> {
     match parameters.location("at")? {
         Location::Curve(u) => Ok(u),
-        at => Err(parameters.error(
-            "at",
-            format!(
-                "this is asked of a curve, at one parameter, and {at} is a location on a surface; there, ask for a \
-                 position, a derivative or the normal, or of an isocurve"
-            ),
-        )),
+        at => Err(parameters.error("at", of_curves(at))),
     }
+}
+
+/// The fields `at` or `near` of a kind that is asked of curves only.
+///
+/// # Errors
+/// As for [`curve_location`].
+pub(super) fn curve_at(parameters: &Parameters) -> Result<At, ParameterError> {
+    let at = At::from_parameters(parameters)?;
+    match at.location {
+        Location::Curve(_) => Ok(at),
+        location => Err(parameters.error(if at.floats { "near" } else { "at" }, of_curves(location))),
+    }
+}
+
+/// Refuses a location that is not on a curve.
+///
+/// # Errors
+/// When it is not.
+pub(super) fn of_a_curve(location: Location, name: impl FnOnce() -> String) -> Result<(), Error> {
+    match location {
+        Location::Curve(_) => Ok(()),
+        at => Err(Error::Invalid(format!("{}: {}", name(), of_curves(at)))),
+    }
+}
+
+fn of_curves(at: Location) -> String {
+    format!(
+        "this is asked of a curve, at one parameter, and {at} is a location on a surface; there, ask for a position, a derivative or the \
+         normal, or of an isocurve"
+    )
 }
 
 /// Two unit vectors that are perpendicular to `axis` and to each other, right-handed with it; `None` where `axis`

@@ -1,24 +1,27 @@
 //! A curve's tangent perpendicular to a direction.
 
-use super::on::curve_location;
-use super::position::{AT_ON_CURVE, OBJECT};
+use std::sync::Arc;
+
+use super::at::{ALONG_CURVE, At};
+use super::on::{curve_at, of_a_curve};
+use super::position::OBJECT;
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative, tangent};
 use crate::Vector;
 use crate::declare::{Declaration, Field, ParameterError, Parameters};
 use crate::error::{Error, Result};
-use crate::shape::Location;
+use crate::shape::{Derivative, Location};
 
 /// `C'·v = 0`: one linear equation that couples the axes; zero where it holds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Orthogonal {
     on: On,
-    at: f64,
+    at: At,
     to: Vector,
 }
 
-/// The tangent at `u` orthogonal to a direction.
-pub fn orthogonal(at: f64, to: impl Into<Vector>) -> Orthogonal {
-    Orthogonal { on: On::default(), at, to: to.into() }
+/// The tangent at `u`, or [near](super::near()) one, which floats, orthogonal to a direction.
+pub fn orthogonal(at: impl Into<At>, to: impl Into<Vector>) -> Orthogonal {
+    Orthogonal { on: On::default(), at: at.into(), to: to.into() }
 }
 
 impl Orthogonal {
@@ -28,6 +31,12 @@ impl Orthogonal {
         self.on = shape.into();
         self
     }
+
+    fn unit(&self) -> Result<Vector> {
+        crate::direction(&self.to).ok_or_else(|| {
+            Error::Invalid(format!("{}: the direction is the zero vector; give one", self.describe()))
+        })
+    }
 }
 
 impl Functional for Orthogonal {
@@ -36,29 +45,61 @@ impl Functional for Orthogonal {
     }
 
     fn linearity(&self) -> Linearity {
-        Linearity::Linear
+        if self.at.floats { Linearity::Nonlinear } else { Linearity::Linear }
     }
 
     fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
-        let stencil = shapes.stencil(self.on.shape, Location::Curve(self.at), 1.into())?;
-        let direction = crate::direction(&self.to).ok_or_else(|| {
-            Error::Invalid(format!("{}: the direction is the zero vector; give one", self.describe()))
-        })?;
-        rows.equation().along(self.on.shape, &stencil, direction);
-        Ok(())
+        self.along_rows(shapes, Derivative::POSITION, rows)
     }
 
     fn describe(&self) -> String {
-        format!("orthogonal to [{}, {}, {}] at {}{}", self.to.x, self.to.y, self.to.z, self.at, self.on)
+        format!("orthogonal to [{}, {}, {}] {}{}", self.to.x, self.to.y, self.to.z, self.at, self.on)
     }
 
     fn supersedes(&self, companion: &dyn Functional) -> bool {
         let on = || self.on.clone();
-        derivative(self.at, 1).on(on()).same_as(companion) || tangent(self.at).on(on()).same_as(companion)
+        let at = self.at.location;
+        derivative(at, 1).on(on()).same_as(companion) || tangent(at).on(on()).same_as(companion)
     }
 
     fn location(&self) -> Option<(usize, Location)> {
-        Some((self.on.shape, Location::Curve(self.at)))
+        Some((self.on.shape, self.at.location))
+    }
+
+    fn floats(&self) -> bool {
+        self.at.floats
+    }
+
+    fn moved(&self, to: Location) -> Option<Arc<dyn Functional>> {
+        Some(Arc::new(Self { at: self.at.moved(to), ..self.clone() }))
+    }
+
+    fn slide(&mut self, to: Location) -> bool {
+        self.at.location = to;
+        true
+    }
+
+    fn along(&self, shapes: &Shapes<'_>, order: Derivative, out: &mut [f64]) -> Result<()> {
+        let order = Derivative { u: 1 + order.u, v: order.v };
+        let value = shapes.value(self.on.shape, self.at.location, order)?.dot(&self.unit()?);
+        out.fill(value);
+        Ok(())
+    }
+
+    fn along_rows(&self, shapes: &Shapes<'_>, order: Derivative, rows: &mut Rows<'_>) -> Result<()> {
+        of_a_curve(self.at.location, || self.describe())?;
+        let order = Derivative { u: 1 + order.u, v: order.v };
+        let stencil = shapes.stencil(self.on.shape, self.at.location, order)?;
+        rows.equation().along(self.on.shape, &stencil, self.unit()?);
+        Ok(())
+    }
+
+    fn takes_derivatives(&self) -> usize {
+        1
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.at.note(|| self.describe())
     }
 
     fn is_condition(&self) -> bool {
@@ -70,11 +111,16 @@ impl DeclaredFunctional for Orthogonal {
     const DECLARATION: Declaration = Declaration {
         name: "orthogonal",
         help: "the tangent C' perpendicular to a direction",
-        fields: &[AT_ON_CURVE, Field::required("to", "[x, y, z]", "the direction"), OBJECT],
+        fields: &[
+            ALONG_CURVE[0],
+            ALONG_CURVE[1],
+            Field::required("to", "[x, y, z]", "the direction"),
+            OBJECT,
+        ],
     };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
-        let at = curve_location(parameters)?;
+        let at = curve_at(parameters)?;
         Ok(Self { on: On::from_parameters(parameters, names)?, at, to: parameters.vector("to")? })
     }
 }

@@ -85,6 +85,11 @@ impl Functional for Position {
         Ok(())
     }
 
+    fn along_rows(&self, shapes: &Shapes<'_>, order: Derivative, rows: &mut Rows<'_>) -> Result<()> {
+        rows.alike(self.on.shape, &shapes.stencil(self.on.shape, self.at.location, order)?);
+        Ok(())
+    }
+
     fn notes(&self) -> Vec<String> {
         self.at.note(|| self.describe())
     }
@@ -93,13 +98,6 @@ impl Functional for Position {
 /// The field of a kind that is asked of curves.
 pub(super) const AT_ON_CURVE: Field =
     Field::required("at", "number, or { closest = [x, y, z] }", "the location: the curve's parameter");
-
-/// The field of a kind that is asked of surfaces.
-pub(super) const AT_ON_SURFACE: Field = Field::required(
-    "at",
-    "[u, v], { closest = [x, y, z] }, or on faces { face, uv }",
-    "the location, in the surface's own parameters",
-);
 
 /// The field that every kind has.
 pub(super) const OBJECT: Field =

@@ -3,8 +3,9 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use super::on::{curve_location, perpendiculars};
-use super::position::{AT_ON_CURVE, OBJECT};
+use super::at::{ALONG_CURVE, At};
+use super::on::{curve_at, of_a_curve, perpendiculars};
+use super::position::OBJECT;
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative};
 use crate::Vector;
 use crate::declare::{Declaration, Field, ParameterError, Parameters};
@@ -17,13 +18,14 @@ use crate::shape::{Derivative, Location};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tangent {
     on: On,
-    at: f64,
+    at: At,
     direction: Option<Vector>,
 }
 
-/// The tangent direction at `u`: the present one, to be kept, unless [`along`](Tangent::along) gives another.
-pub fn tangent(at: f64) -> Tangent {
-    Tangent { on: On::default(), at, direction: None }
+/// The tangent direction at `u`, or [near](super::near()) one, which floats: the present one, to be kept, unless [`along`](Tangent::along) gives
+/// another.
+pub fn tangent(at: impl Into<At>) -> Tangent {
+    Tangent { on: On::default(), at: at.into(), direction: None }
 }
 
 impl Tangent {
@@ -36,8 +38,20 @@ impl Tangent {
 
     /// `C'·direction`: negative where the tangent points against the direction it should be parallel to.
     pub(crate) fn sense(&self, shapes: &Shapes<'_>) -> Option<f64> {
-        let present = shapes.get(self.on.shape).ok()?.value(Location::Curve(self.at), 1.into()).ok()?;
+        let present = shapes.get(self.on.shape).ok()?.value(self.at.location, 1.into()).ok()?;
         Some(present.dot(&self.direction?))
+    }
+
+    /// Two unit vectors across its direction.
+    fn across(&self, shapes: &Shapes<'_>) -> Result<[Vector; 2]> {
+        let direction = match self.direction {
+            Some(direction) => direction,
+            None => shapes.get(self.on.shape)?.value(self.at.location, 1.into())?,
+        };
+        perpendiculars(&direction, &Vector::zeros()).ok_or_else(|| {
+            let what = self.describe();
+            Error::Invalid(format!("{what}: the direction is the zero vector; give one, or ask elsewhere"))
+        })
     }
 
     /// The same on another shape of the problem.
@@ -54,35 +68,22 @@ impl Functional for Tangent {
     }
 
     fn linearity(&self) -> Linearity {
-        Linearity::Linear
+        if self.at.floats { Linearity::Nonlinear } else { Linearity::Linear }
     }
 
     fn rows(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>) -> Result<()> {
-        let stencil = shapes.stencil(self.on.shape, Location::Curve(self.at), 1.into())?;
-        let direction = match self.direction {
-            Some(direction) => direction,
-            None => shapes.get(self.on.shape)?.value(Location::Curve(self.at), 1.into())?,
-        };
-        let normals = perpendiculars(&direction, &Vector::zeros()).ok_or_else(|| {
-            let what = self.describe();
-            Error::Invalid(format!("{what}: the direction is the zero vector; give one, or ask elsewhere"))
-        })?;
-        for normal in normals {
-            rows.equation().along(self.on.shape, &stencil, normal);
-        }
-        Ok(())
+        self.along_rows(shapes, Derivative::POSITION, rows)
     }
 
     fn describe(&self) -> String {
-        format!("tangent at {}{}", self.at, self.on)
+        format!("tangent {}{}", self.at, self.on)
     }
 
     fn bind(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {
         if self.direction.is_some() {
             return Ok(None);
         }
-        let present =
-            shapes.get(self.on.shape)?.value(Location::Curve(self.at), Derivative { u: 1, v: 0 })?;
+        let present = shapes.get(self.on.shape)?.value(self.at.location, Derivative { u: 1, v: 0 })?;
         // Unit length, so that values do not depend on how far apart the vertices are.
         let direction = crate::direction(&present).unwrap_or(present);
         Ok(Some(Arc::new(Self { direction: Some(direction), ..self.clone() })))
@@ -96,11 +97,51 @@ impl Functional for Tangent {
 
     fn supersedes(&self, companion: &dyn Functional) -> bool {
         // To stay as it is does not turn it.
-        self.direction.is_some() && derivative(self.at, 1).on(self.on.clone()).same_as(companion)
+        self.direction.is_some() && derivative(self.at.location, 1).on(self.on.clone()).same_as(companion)
     }
 
     fn location(&self) -> Option<(usize, Location)> {
-        Some((self.on.shape, Location::Curve(self.at)))
+        Some((self.on.shape, self.at.location))
+    }
+
+    fn floats(&self) -> bool {
+        self.at.floats
+    }
+
+    fn moved(&self, to: Location) -> Option<Arc<dyn Functional>> {
+        Some(Arc::new(Self { at: self.at.moved(to), ..self.clone() }))
+    }
+
+    fn slide(&mut self, to: Location) -> bool {
+        self.at.location = to;
+        true
+    }
+
+    fn along(&self, shapes: &Shapes<'_>, order: Derivative, out: &mut [f64]) -> Result<()> {
+        let order = Derivative { u: 1 + order.u, v: order.v };
+        let value = shapes.value(self.on.shape, self.at.location, order)?;
+        for (out, normal) in out.iter_mut().zip(self.across(shapes)?) {
+            *out = value.dot(&normal);
+        }
+        Ok(())
+    }
+
+    fn along_rows(&self, shapes: &Shapes<'_>, order: Derivative, rows: &mut Rows<'_>) -> Result<()> {
+        of_a_curve(self.at.location, || self.describe())?;
+        let order = Derivative { u: 1 + order.u, v: order.v };
+        let stencil = shapes.stencil(self.on.shape, self.at.location, order)?;
+        for normal in self.across(shapes)? {
+            rows.equation().along(self.on.shape, &stencil, normal);
+        }
+        Ok(())
+    }
+
+    fn takes_derivatives(&self) -> usize {
+        1
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.at.note(|| self.describe())
     }
 
     fn is_condition(&self) -> bool {
@@ -117,7 +158,8 @@ impl DeclaredFunctional for Tangent {
         name: "tangent",
         help: "C' parallel to a direction, its length free: holds where it is asked (with or without keep = true)",
         fields: &[
-            AT_ON_CURVE,
+            ALONG_CURVE[0],
+            ALONG_CURVE[1],
             Field::optional(
                 "direction",
                 "[x, y, z]",
@@ -129,7 +171,7 @@ impl DeclaredFunctional for Tangent {
     };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
-        let at = curve_location(parameters)?;
+        let at = curve_at(parameters)?;
         let direction =
             if parameters.has("direction") { Some(parameters.vector("direction")?) } else { None };
         Ok(Self { on: On::from_parameters(parameters, names)?, at, direction })

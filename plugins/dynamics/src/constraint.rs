@@ -118,6 +118,23 @@ impl Hold {
         Self::new(name, vec![one, other], vec![Part { terms, target: Target::Value(vec![0.0; 3]) }])
     }
 
+    /// What a functional is that keeps its value, and has no place of its own to be shown.
+    pub(crate) fn of_all(functional: Arc<dyn Functional>) -> Self {
+        let name = functional.describe();
+        let term = Term { sign: 1.0, looks: Looks::Functional(functional), place: None };
+        Self::new(name, Vec::new(), vec![Part { terms: vec![term], target: Target::Keep }])
+    }
+
+    /// Whether it holds the point at this place of a curve, wherever that is led.
+    pub(crate) fn fixes(&self, body: usize, at: f64) -> bool {
+        let own = |term: &Term| {
+            let place = term.place.and_then(|index| self.places.get(index));
+            matches!(term.looks, Looks::At(0))
+                && place.is_some_and(|p| p.body == body && !p.floats && p.location == Location::Curve(at))
+        };
+        self.parts.iter().any(|part| matches!(&part.terms[..], [term] if own(term)))
+    }
+
     /// On another body than the first: all that it looks at.
     #[must_use]
     pub fn on(mut self, body: usize) -> Self {

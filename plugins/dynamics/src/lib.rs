@@ -49,6 +49,7 @@ mod path;
 mod place;
 mod points;
 mod scheme;
+mod seam;
 mod setup;
 mod simulation;
 mod stability;

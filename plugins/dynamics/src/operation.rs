@@ -364,6 +364,7 @@ impl Run {
         for constraint in constraints {
             setup = setup.hold(constraint);
         }
+        setup = setup.keep_seams();
         for force in forces {
             setup = setup.push(force);
         }

@@ -95,6 +95,19 @@ impl Setup {
         self
     }
 
+    /// Keeps the curves that there are so far as they are closed and smooth by where their control vertices are and not by their knots: ends that meet stay together,
+    /// and so do pieces; where a curve of degree 2 or more runs smoothly over its ends or a knot of full multiplicity, it goes on doing so (`C'₊ = r C'₋` with the `r` of the start; knots of
+    /// curves of up to 64 such). Ends that other constraints of this setup [fix](crate::fixed) both stay theirs. These are constraints like others, numbered behind those that
+    /// there are.
+    #[must_use]
+    pub fn keep_seams(mut self) -> Self {
+        let bodies = self.bodies.iter().enumerate();
+        let all: Vec<Hold> =
+            bodies.flat_map(|(index, body)| crate::seam::kept(body, index, &self.constraints)).collect();
+        self.constraints.extend(all);
+        self
+    }
+
     /// One more force, numbered from 0.
     #[must_use]
     pub fn push(mut self, force: Force) -> Self {

@@ -110,12 +110,12 @@ fn nothing_changes_where_it_is_refused() {
         (json!({ "seconds": 1, "draw": 1e-30 }), "draw: the time in which constraints are drawn in is 1e-30"),
         (json!({ "seconds": 1, "corners": true }), "corners: corners come where rest is looked for"),
         (
-            json!({ "seconds": 1, "constraints": [{ "kind": "tangent", "near": 3 }] }),
-            "constraints[0].near: \"tangent\" holds at a location that stays: give `at`",
+            json!({ "seconds": 1, "constraints": [{ "kind": "join", "near": 3, "with": { "object": "rope", "at": 0 } }] }),
+            "constraints[0].near: \"join\" holds at a location that stays: give `at`",
         ),
         (
-            json!({ "seconds": 1, "constraints": [{ "kind": "orthogonal", "near": 3, "to": [1, 0, 0] }] }),
-            "constraints[0].near: \"orthogonal\" holds at a location that stays",
+            json!({ "seconds": 1, "constraints": [{ "kind": "vertex", "near": 3, "index": 1 }] }),
+            "constraints[0].near: \"vertex\" is asked of the whole shape, and has no location that could slide",
         ),
         (
             json!({ "seconds": 1, "constraints": [{ "kind": "sliding-tangent", "near": 3, "direction": [0, 0, 0] }] }),
@@ -402,12 +402,13 @@ fn what_comes_open_or_folds_is_said() {
             "bending": 0.01, "damping": 2, "constraints": constraints });
         run(&mut hoop(periodic), fields).unwrap().warnings.join("; ")
     };
-    let open = told(false, json!([]));
-    assert!(open.contains("\"hoop\" has come open") && open.contains("closed"), "{open}");
-    let closed = told(false, json!([{ "kind": "closed" }]));
-    assert!(!closed.contains("open") && closed.contains("\"hoop\" has folded at"), "{closed}");
-    let smooth = told(true, json!([]));
-    assert!(!smooth.contains("open") && !smooth.contains("folded"), "{smooth}");
+    let end = json!({ "kind": "fixed", "at": std::f64::consts::TAU, "to": [0.1, 0.0, 0.1] });
+    let open = told(false, json!([end]));
+    assert!(open.contains("\"hoop\" has come open"), "{open}");
+    for (periodic, more) in [(false, json!([])), (false, json!([{ "kind": "closed" }])), (true, json!([]))] {
+        let smooth = told(periodic, more);
+        assert!(!smooth.contains("open") && !smooth.contains("folded"), "{smooth}");
+    }
 }
 
 /// Where a rope turns at a ring it rests with a corner there: all its frames have the same control vertices, and are the same curves as without.

@@ -90,8 +90,8 @@ struct HeldTerm {
     sign: f64,
     functional: Arc<dyn Functional>,
     place: Option<usize>,
-    /// Of a derivative at its place (the point itself: 0), its order.
-    order: Option<usize>,
+    /// The highest derivative that it takes at its place (the point itself: 0).
+    order: usize,
 }
 
 impl Link {
@@ -122,19 +122,19 @@ impl Link {
             let mut terms = Vec::with_capacity(part.terms.len());
             for term in part.terms {
                 let functional = term.functional(&places);
-                if !functional.floats() && functional.linearity() != Linearity::Linear {
-                    return Err(DynamicsError::NotLinear { what: functional.describe() });
-                }
                 // One of its own, which slides.
                 let own =
                     term.place.filter(|&index| places[index].floats).map(|index| places[index].location);
                 let functional = own.and_then(|at| functional.moved(at)).unwrap_or(functional);
+                if functional.linearity() != Linearity::Linear {
+                    return Err(DynamicsError::NotLinear { what: functional.describe() });
+                }
                 // Of the shapes at the start: which ends meet, what is opposite what.
                 let bound = if functional.floats() { None } else { functional.bind(shapes)? };
                 let functional = bound.unwrap_or(functional);
                 let order = match term.looks {
-                    Looks::At(order) => Some(order),
-                    Looks::Functional(_) => None,
+                    Looks::At(order) => order,
+                    Looks::Functional(_) => functional.takes_derivatives(),
                 };
                 terms.push(HeldTerm { sign: term.sign, functional, place: term.place, order });
             }
@@ -175,7 +175,7 @@ impl Link {
     pub(crate) fn knows_vertices(&self) -> bool {
         let all = || self.parts.iter().flat_map(|part| &part.terms);
         self.places.iter().any(|place| matches!(place.location, Location::Vertex(_)))
-            || all().any(|term| term.order.is_none() && term.functional.location().is_none())
+            || all().any(|term| term.functional.location().is_none())
             || self.places.iter().any(|place| all().any(|term| term.functional.by_number(place.body)))
     }
 

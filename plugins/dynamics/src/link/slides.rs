@@ -28,6 +28,9 @@ pub(crate) fn sharp_knots(shape: &dyn Shape, axis: usize, order: usize) -> Vec<f
     all.filter(|u| inside(*u) && space.multiplicity(*u) + order >= space.degree()).collect()
 }
 
+/// What turned round so often across a corner stands on it.
+const OFTEN: usize = 3;
+
 /// Locations of a constraint's places.
 pub(crate) type Places = SmallVec<[Location; 2]>;
 
@@ -72,6 +75,25 @@ impl Link {
         }
     }
 
+    /// One of its parameters that has turned round often enough, over a corner that is no farther than it went last, stands on that. Whether it does so now.
+    pub(crate) fn stand_where_it_turns(&mut self, own: usize) -> bool {
+        let (last, turns) = self.turns[own];
+        let Some(at) = self.parameters().get(own).copied().filter(|_| turns >= OFTEN && !self.stands[own])
+        else {
+            return false;
+        };
+        let corner = if self.is_on_corner(own, at) {
+            Some((at, 0.0))
+        } else {
+            let sides = [true, false].map(|forward| self.next_corner(own, at, forward));
+            sides.into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1))
+        };
+        let Some((corner, _)) = corner.filter(|(_, way)| *way <= last.abs()) else { return false };
+        self.put_at(own, corner, 0.0);
+        (self.stands[own], self.rates[own]) = (true, 0.0);
+        true
+    }
+
     /// Moves its parameters by lengths along the shape; switches it off where one leaves its shape.
     pub(crate) fn slide(&mut self, by: &[f64], time: f64) {
         let (places, left) = self.moved(|own| by[own]);
@@ -109,7 +131,7 @@ impl Link {
     /// The highest derivative that is held at one of its places; the point itself is of order 0.
     pub(crate) fn order_at(&self, place: usize) -> usize {
         let terms = self.parts.iter().flat_map(|part| &part.terms).filter(|term| term.place == Some(place));
-        terms.filter_map(|term| term.order).max().unwrap_or(0)
+        terms.map(|term| term.order).max().unwrap_or(0)
     }
 
     /// Two places of one curve that have come together: a loop drawn shut. Of degree 1 or 2 there is none within one span: it would have no length, or lie

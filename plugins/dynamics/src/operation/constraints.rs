@@ -138,10 +138,14 @@ fn other_kind(
     // A kind may have a field of its own by the name of one of these: then it is the kind's, as in edits.
     let own = |name: &str| declared.fields.iter().any(|field| field.name == name);
     if table.has("near") && !own("near") {
-        let problem = format!(
-            "\"{kind}\" holds at a location that stays: give `at`. What slides are points, derivatives (`sliding-tangent`, `sliding-curvature`) and \
-             kinds with a field `near` of their own; how \"{kind}\" changes along the shape is not known"
-        );
+        let problem = match own("at") {
+            true => format!(
+                "\"{kind}\" holds at a location that stays: give `at`; what slides are kinds with a field `near` of their own"
+            ),
+            false => format!(
+                "\"{kind}\" is asked of the whole shape, and has no location that could slide: leave `near` out"
+            ),
+        };
         return Err(table.error("near", problem).into());
     }
     let rest: Vec<&str> =

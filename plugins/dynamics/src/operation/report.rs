@@ -2,7 +2,7 @@
 
 use loftsman_kernel::plugin::{ConstraintReport, Frames, OperationError, StepReport};
 use loftsman_kernel::shape::{Derivative, Location};
-use loftsman_kernel::text::{figure, short};
+use loftsman_kernel::text::{counted, figure, short};
 
 use crate::body::extent;
 use crate::link::LEFT;
@@ -30,15 +30,24 @@ pub(super) fn report(
         let length = simulation.time() / simulation.sub_steps() as f64;
         notes.push(match scheme {
             "implicit" => format!(
-                "{} steps of {} s (halved where they had to be), scheme implicit (explicit ones would be stable to {} s)",
+                "{} steps of {} s{}, scheme implicit (explicit ones would be stable to {} s)",
                 simulation.sub_steps(),
                 figure(length),
+                match simulation.pauses() {
+                    0 => String::new(),
+                    pauses =>
+                        format!(" (halved where they had to be: {} more)", counted(pauses, "solution[|s]")),
+                },
                 figure(stable)
             ),
             _ => format!(
-                "{} steps of {} s on average, scheme {scheme} (stable to {} s)",
+                "{} steps of {} s on average{}, scheme {scheme} (stable to {} s)",
                 simulation.sub_steps(),
                 figure(length),
+                match simulation.pauses() {
+                    0 => String::new(),
+                    pauses => format!(", with {} at corners", counted(pauses, "stop[|s]")),
+                },
                 figure(stable)
             ),
         });

@@ -3,7 +3,7 @@
 use loftsman_kernel::Point;
 use loftsman_kernel::shape::Location;
 
-use super::audit::{BOUND, Stock};
+use super::audit::BOUND;
 use super::conflict::contradictions;
 use super::explicit::FINEST;
 use super::{MOST, Simulation};
@@ -162,7 +162,7 @@ impl Simulation {
         let mut before = std::mem::take(&mut self.before);
         before.remember(self);
         // Without constraints energy is bounded by what is stable.
-        let stock = (!self.links.is_empty() && !self.is_fed()).then(|| self.stock());
+        let alone = !self.links.is_empty() && !self.is_fed();
         let worst = std::mem::take(&mut self.worst);
         let given = (self.fineness, self.patience);
         let (mut first, mut best, mut useless) = (None, (f64::INFINITY, given), 0);
@@ -205,8 +205,8 @@ impl Simulation {
             self.keep_to_rates()?;
             done = self.go_on(seconds).and_then(|()| self.drifted());
         }
-        if let (Ok(()), Some(stock)) = (&done, stock) {
-            done = self.without_rise(seconds, stock, &before);
+        if done.is_ok() && alone {
+            done = self.without_rise(seconds, &before);
         }
         if before.is_as_held(self) {
             self.worst = self.worst.max(worst);
@@ -216,10 +216,17 @@ impl Simulation {
     }
 
     /// Takes steps again, shorter, where energy has risen by much though nothing was put in: where constraints drifted in vain, or let go.
-    fn without_rise(&mut self, seconds: f64, stock: Stock, before: &Before) -> Result<()> {
+    fn without_rise(&mut self, seconds: f64, before: &Before) -> Result<()> {
         if self.worst <= KEPT * self.size && before.is_as_held(self) {
             return Ok(());
         }
+        // What there was at the start costs as much as a step: it is looked at where it is needed.
+        let mut here = std::mem::take(&mut self.here);
+        here.remember(self);
+        before.back(self);
+        let stock = self.stock();
+        here.back(self);
+        self.here = here;
         let noise = self.rounding_of_energy();
         let mut longest = self.last;
         loop {

@@ -28,6 +28,7 @@ impl Simulation {
             self.drift(way, kick);
             (self.last, self.time) = (way, self.time + way);
             self.put_on_stops();
+            self.pauses += 1;
             // By the tangent on which it came.
             self.catch_up_in(step)?;
             self.strike(stays)?;

@@ -24,6 +24,9 @@ const SLIDES: f64 = 0.1;
 /// A step is halved as often as this.
 const HALVINGS: usize = 12;
 
+/// Of a constraint as a step starts: rates, places, whether it holds, which of its parameters stand on corners.
+type Sliding = (Vec<f64>, Vec<Location>, Phase, Vec<bool>);
+
 /// What implicit steps need beside the simulation.
 #[derive(Debug)]
 pub(crate) struct Implicit {
@@ -31,7 +34,7 @@ pub(crate) struct Implicit {
     places: Vec<Vec<usize>>,
     before: Vec<f64>,
     vertices: Vec<Vec<Point>>,
-    sliding: Vec<(Vec<f64>, Vec<Location>, Phase)>,
+    sliding: Vec<Sliding>,
     change: Vec<f64>,
     room: Room,
 }
@@ -79,13 +82,14 @@ impl Implicit {
         for (kept, body) in self.vertices.iter_mut().zip(bodies) {
             kept.copy_from_slice(body.body.shape.control_vertices());
         }
-        self.sliding.resize_with(links.len(), || (Vec::new(), Vec::new(), Phase::Waiting));
-        for ((rates, locations, phase), link) in self.sliding.iter_mut().zip(links) {
+        self.sliding.resize_with(links.len(), || (Vec::new(), Vec::new(), Phase::Waiting, Vec::new()));
+        for ((rates, locations, phase, stands), link) in self.sliding.iter_mut().zip(links) {
             rates.clear();
             rates.extend_from_slice(&link.rates);
             locations.clear();
             locations.extend(link.locations());
             phase.clone_from(&link.phase);
+            stands.clone_from(&link.stands);
         }
     }
 }
@@ -104,12 +108,14 @@ impl Simulation {
             let own = length.min(end - self.time);
             match self.newton(&mut implicit, own) {
                 Ok(true) => {
+                    self.pauses += usize::from(own < step);
                     self.time += own;
                     self.worst = self.worst.max(self.missed);
                 }
                 Ok(false) if halvings < most => {
                     halvings += 1;
                     length *= 0.5;
+                    self.pauses += 1;
                 }
                 Ok(false) if self.settling => done = Err(DynamicsError::NoRest),
                 Ok(false) => {
@@ -127,6 +133,9 @@ impl Simulation {
 
     /// One step of Newton's iteration after another; whether it arrives. Where it does not, all is as it was.
     fn newton(&mut self, implicit: &mut Implicit, step: f64) -> Result<bool> {
+        if !self.settling {
+            self.leave_corners_in_motion()?;
+        }
         implicit.remember(&self.bodies, &self.links, &self.half);
         let (before, time) = (self.time, self.time + step);
         self.last = 0.0;
@@ -147,7 +156,12 @@ impl Simulation {
                     arrived = Ok(true);
                     break;
                 }
-                Ok(change) if change.is_finite() => last = change,
+                Ok(change) if change.is_finite() => {
+                    last = change;
+                    if !settling && self.stand_where_it_turns() {
+                        last = f64::INFINITY;
+                    }
+                }
                 Ok(_) => {
                     last = f64::INFINITY;
                     break;
@@ -174,13 +188,25 @@ impl Simulation {
             for (body, kept) in self.bodies.iter_mut().zip(&implicit.vertices) {
                 body.body.shape.control_vertices_mut().copy_from_slice(kept);
             }
-            for (link, (rates, locations, phase)) in self.links.iter_mut().zip(&implicit.sliding) {
+            for (link, (rates, locations, phase, stands)) in self.links.iter_mut().zip(&implicit.sliding) {
                 link.rates.copy_from_slice(rates);
                 link.put(locations);
                 link.phase.clone_from(phase);
+                link.stands.copy_from_slice(stands);
             }
         }
         arrived
+    }
+
+    /// A place that turns round and round across a corner of its shape stands on it: where it is drawn to it from both sides no place beside has an answer. Whether there was such.
+    fn stand_where_it_turns(&mut self) -> bool {
+        let mut any = false;
+        for link in self.links.iter_mut().filter(|link| link.is_held() && link.has_corners()) {
+            for own in 0..link.stands.len() {
+                any |= link.stand_where_it_turns(own);
+            }
+        }
+        any
     }
 
     /// Whether everything is where it may have come to within one step: places that slide within a tenth of their shape, beyond the way that

@@ -103,6 +103,8 @@ pub struct Simulation {
     pub(crate) implicit: Option<Box<Implicit>>,
     events: Vec<Event>,
     sub_steps: usize,
+    /// How often steps stopped on their way at corners, or were halved.
+    pauses: usize,
     /// The largest error of a constraint since the last was drawn in.
     worst: f64,
     /// The same at the last of Newton's steps.
@@ -120,6 +122,8 @@ pub struct Simulation {
     held: Option<usize>,
     /// Where the last advance started.
     before: Before,
+    /// Where one is while it is looked back.
+    here: Before,
     /// What stops at corners.
     stops: Stops,
     /// Those that were made.
@@ -181,6 +185,8 @@ impl Simulation {
             settling: false,
             held: None,
             before: Before::default(),
+            here: Before::default(),
+            pauses: 0,
             stops: Stops::default(),
             corners: Vec::new(),
         }
@@ -333,6 +339,12 @@ impl Simulation {
     /// How many steps were taken.
     pub fn sub_steps(&self) -> usize {
         self.sub_steps
+    }
+
+    /// How often steps were interrupted, each of which costs as much as a step: explicit ones where a place came to a corner of its shape, implicit ones where they had to be
+    /// halved; those of steps that were taken again as well.
+    pub fn pauses(&self) -> usize {
+        self.pauses
     }
 
     /// The longest explicit step that is known to be stable, in seconds.
