@@ -388,6 +388,7 @@ fn cage(parameters: &Parameters, mesh: &Mesh) -> Result<Cage, OperationError> {
     const RULES: [(&str, BoundaryRule); 2] =
         [("edge-and-corner", BoundaryRule::EdgeAndCorner), ("edge-only", BoundaryRule::EdgeOnly)];
     let mut cage = Cage::from_mesh(mesh)?;
+    cage.check_shape()?;
     if parameters.has("boundary") {
         cage = cage.with_boundary(parameters.choice("boundary", &RULES)?);
     }

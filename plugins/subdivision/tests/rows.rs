@@ -234,7 +234,9 @@ fn it_is_edited() {
     let after = edited.shape();
     assert!((after.value(at, Derivative::POSITION).unwrap() - wanted.coords).norm() < 1e-12);
     assert!((facing(after) - facing(&surface)).norm() < 1e-12);
-    assert!((volume_of(after).unwrap() / was - 1.0).abs() < 1e-9);
+    // What is left out round extraordinary vertices is not asked for, and it moves.
+    let off = (volume_of(after).unwrap() - was).abs();
+    assert!(off < 1e-8 * was && off < surface.left_out().unwrap().volume, "{off:e}");
 }
 
 #[test]
