@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use loftsman_kernel::error::MAX_DEGREE;
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::text::short;
 use loftsman_kernel::{Point, Vector};
 
 use crate::error::{FineTuneError, Result};
@@ -98,7 +99,10 @@ pub(crate) fn check_positive(alpha: &Function<f64>) -> Result<()> {
     match least {
         Some((index, value)) if *value <= 0.0 => {
             let near = alpha.space().greville(index);
-            Err(FineTuneError::NotPositive { value: *value, at: format!("value {index}, near {near}") })
+            Err(FineTuneError::NotPositive {
+                value: *value,
+                at: format!("value {index}, near {}", short(near)),
+            })
         }
         _ => Ok(()),
     }

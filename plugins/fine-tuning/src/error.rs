@@ -55,6 +55,14 @@ pub enum FineTuneError {
         /// Where.
         at: String,
     },
+    /// α is so large that nothing but rounding would be left of the ends.
+    #[error(
+        "α is as large as {}: the ends are kept to rounding of what it makes of the curve; give values up to 1e9, or say ends = \"free\"", Figure(*.value)
+    )]
+    TooLarge {
+        /// Its largest size.
+        value: f64,
+    },
     /// What is asked is met by no α with positive values.
     #[error(
         "what is asked takes an α that is not positive (the nearest one runs from {} to {}), and none with positive values does it: ask for \

@@ -20,6 +20,9 @@ use crate::scale::Scale;
 /// α's values stay at least this part of the smallest value that was asked (or of 1), where they would not be positive.
 pub(crate) const LEAST: f64 = 1e-3;
 
+/// The largest α that ends are kept with: they are kept to rounding of the curve that α gives without them.
+pub(crate) const MOST: f64 = 1e9;
+
 /// What α has to make true.
 pub(crate) struct Asked<'a> {
     /// The given curve, or the part of it that is tuned.
@@ -50,6 +53,11 @@ pub(crate) struct Found {
 
 /// The curve that `α` of a space that the map is from gives, with α nearest to the one asked for that makes true what is asked.
 pub(crate) fn solve(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &Asked<'_>) -> Result<Found> {
+    let asked_for = extremes(alpha)?;
+    if !asked_for.iter().all(|value| value.abs() <= MOST) {
+        let size = asked_for[0].abs().max(asked_for[1]);
+        return Err(FineTuneError::TooLarge { value: size });
+    }
     let mut problem = Problem::new(tuning, alpha, asked)?;
     let is_linear = |c: &Constraint| c.functional().linearity() == Linearity::Linear;
     if !problem.conditions.iter().all(is_linear) {

@@ -2,6 +2,7 @@
 
 use loftsman_kernel::spline::algebra::{Field, Function};
 use loftsman_kernel::spline::{Direction, Space, Surface};
+use loftsman_kernel::text::short;
 
 use crate::alpha::{check_positive, restricted, same};
 use crate::error::{FineTuneError, Result};
@@ -105,7 +106,7 @@ impl Scaling {
                         let (u, v) = (net.space(Direction::U), net.space(Direction::V));
                         let (i, j) = (k / v.len(), k % v.len());
                         let near = (u.greville(i), v.greville(j));
-                        let at = format!("value [{i}, {j}], near ({}, {})", near.0, near.1);
+                        let at = format!("value [{i}, {j}], near ({}, {})", short(near.0), short(near.1));
                         return Err(FineTuneError::NotPositive { value: *value, at });
                     }
                 }

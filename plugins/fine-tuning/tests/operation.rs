@@ -262,6 +262,21 @@ fn what_is_wrong_is_said_with_its_place() {
 }
 
 /// The edges of a polyline and of a mesh are springs.
+/// α of any size: ends are kept to its rounding, and huge ones are refused, for they would leave nothing else.
+#[test]
+fn alpha_of_any_size() {
+    for alpha in [1e-300, 1e-12, 1e3, 1e9] {
+        let mut scene = scene();
+        let before = scene.curve("wave").unwrap().clone();
+        run(&mut scene, json!({ "object": "wave", "alpha": alpha, "any_sign": true })).unwrap();
+        let after = scene.curve("wave").unwrap();
+        let off = (after.point(11.0).unwrap() - before.point(11.0).unwrap()).norm();
+        assert!(off < 1e-14 * f64::max(alpha, 1.0) * 30.0, "{alpha}: {off:e}");
+    }
+    let error = fails(json!({ "object": "wave", "alpha": 1e300 }));
+    assert!(error.contains("as large as 1e300") && error.contains("\"free\""), "{error}");
+}
+
 #[test]
 fn springs_in_recipes() {
     let points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Point::new(x, y, 0.0));

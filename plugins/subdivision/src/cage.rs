@@ -1,6 +1,7 @@
 //! The control cage of a subdivision surface.
 
 mod build;
+mod degenerate;
 
 pub(crate) use build::{between, checked_interval, present};
 

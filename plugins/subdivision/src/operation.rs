@@ -268,8 +268,8 @@ fn by_doo_sabin_surface(
     pairs: &str,
 ) -> Result<(Geometry, String), OperationError> {
     if parameters.has("alpha") {
-        let problem = "makes a form by knot intervals, of which places between vertices are not known: leave surface out; with limit = true the \
-                       vertices are put where it comes to";
+        let problem = "makes a form whose knot intervals are 0 round faces, of which places between vertices are not known: leave surface out; \
+                       with limit = true the vertices are put where it comes to";
         return Err(parameters.error("alpha", problem).into());
     }
     let surface = DooSabinSurface::new(cage)?;
@@ -388,6 +388,7 @@ fn cage(parameters: &Parameters, mesh: &Mesh) -> Result<Cage, OperationError> {
     const RULES: [(&str, BoundaryRule); 2] =
         [("edge-and-corner", BoundaryRule::EdgeAndCorner), ("edge-only", BoundaryRule::EdgeOnly)];
     let mut cage = Cage::from_mesh(mesh)?;
+    cage.check_shape()?;
     if parameters.has("boundary") {
         cage = cage.with_boundary(parameters.choice("boundary", &RULES)?);
     }

@@ -147,6 +147,30 @@ fn what_contradicts_itself_is_said() {
     assert!(!run(&mut scene(), json!({ "object": "cube" })).unwrap().notes[0].contains("in one place"));
 }
 
+/// Edges without length and faces without area are refused by name, at any size; slivers are not.
+#[test]
+fn what_is_degenerate_is_refused() {
+    for size in [1e-200, 1e-9, 1.0, 1e9, 1e200] {
+        let square = |points: [[f64; 2]; 6]| {
+            let points = points.map(|[x, y]| Point::new(size * x, size * y, 0.3 * size)).to_vec();
+            let mut scene = Scene::new();
+            let mesh = Mesh::new(points, &[[0, 1, 2, 3], [1, 4, 5, 2]]).unwrap();
+            scene.add(Object::new("two", mesh.into())).unwrap();
+            scene
+        };
+        let [a, b, c, d] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        for fields in [json!({}), json!({ "surface": true }), json!({ "scheme": "doo-sabin" })] {
+            let refused = |points| run(&mut square(points), fields.clone()).unwrap_err().to_string();
+            let error = refused([a, b, c, d, b, [2.0, 1.0]]);
+            assert!(error.contains("between vertices 1 and 4 has no length"), "{error}");
+            let error = refused([a, b, c, d, [1.0, -1.0], [1.0, 3.0]]);
+            assert!(error.contains("face 1 has no area") && error.contains("(1, 4, …)"), "{error}");
+            let sliver = square([a, b, c, d, [1.0 + 1e-9, 0.0], [1.0 + 1e-9, 1.0]]);
+            assert!(run(&mut sliver.clone(), json!({})).is_ok());
+        }
+    }
+}
+
 /// What is left beside a hole is subdivided again, with no points that no face has.
 #[test]
 fn beside_a_hole_it_goes_on() {
