@@ -94,6 +94,58 @@ fn blender_sees_closed_solids_of_the_right_volume() {
     assert!(solids >= 30, "{solids}");
 }
 
+/// MeshLab's word on every solid of every file that lies here: two-manifold without any border, in OBJ as it is and in glTF (whose vertices are doubled where
+/// faces meet) once what is at one place is one; and as large as OpenCASCADE says.
+#[test]
+fn meshlab_finds_every_solid_watertight() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/step");
+    let mut files: Vec<PathBuf> = std::fs::read_dir(&data).unwrap().map(|e| e.unwrap().path()).collect();
+    files.sort();
+    files.retain(|file| {
+        ["stp", "step"].iter().any(|e| file.extension().is_some_and(|own| own.eq_ignore_ascii_case(e)))
+    });
+    let (mut solids, mut sources, [mut objs, mut glbs]) =
+        (0, Vec::new(), [const { Vec::<PathBuf>::new() }; 2]);
+    for (k, file) in files.iter().enumerate() {
+        let from = file.to_string_lossy();
+        let found = LOFTSMAN.json(folder.path(), &["info", &from]);
+        let totals = &found["totals"];
+        // Shells have borders.
+        if totals["solids"] != totals["breps"] {
+            continue;
+        }
+        solids += totals["solids"].as_u64().unwrap();
+        for (extension, list) in [("obj", &mut objs), ("glb", &mut glbs)] {
+            let to = folder.path().join(format!("{k}.{extension}"));
+            LOFTSMAN.done(folder.path(), &["convert", &from, &to.to_string_lossy()]);
+            list.push(to);
+        }
+        sources.push(file.clone());
+    }
+    assert!(sources.len() >= 14 && solids >= 38, "{} files, {solids} solids", sources.len());
+    let Some(objs) = Oracle::MeshLab.ask(&objs, &[]) else { return };
+    let Some(glbs) = Oracle::MeshLab.ask(&glbs, &["--weld"]) else { return };
+    let exact = Oracle::OpenCascade.ask(&sources, &[]);
+    for (k, source) in sources.iter().enumerate() {
+        let name = source.display();
+        let meshes = list(&objs[k], "meshes");
+        assert!(!meshes.is_empty(), "{name}");
+        for mesh in meshes {
+            assert_eq!(mesh["watertight"], true, "{name}, OBJ: {mesh:#}");
+        }
+        for mesh in list(&glbs[k], "meshes") {
+            assert_eq!(mesh["welded"]["watertight"], true, "{name}, GLB: {mesh:#}");
+        }
+        let Some(exact) = &exact else { continue };
+        for measure in ["area", "volume"] {
+            let found: f64 = meshes.iter().map(|mesh| number(mesh, measure)).sum();
+            let expected = number(&exact[k], measure);
+            assert!((found / expected - 1.0).abs() < 0.02, "{name}: {measure} {found}, exactly {expected}");
+        }
+    }
+}
+
 /// Edits of faces with their neighbours that keep the solid's volume: OpenCASCADE finds it kept in the STEP that was written, and the solid whole.
 #[test]
 fn opencascade_finds_the_volume_kept_and_the_solid_whole() {
