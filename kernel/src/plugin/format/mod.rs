@@ -135,31 +135,12 @@ pub trait Format: Send + Sync {
                 FormatErrorKind::Malformed => error.as_kind(FormatErrorKind::Unsupported),
                 _ => error,
             })?;
-            refuse_empty(scene, &report.objects)?;
             report.losses = losses;
             Ok(report)
         };
         let result = work();
         result.map_err(|error: FormatError| error.in_file(sink.name()))
     }
-}
-
-/// A file in which nothing of a scene would be is none that anybody asked for, where there is something in the scene.
-fn refuse_empty(scene: &Scene, objects: &[Written]) -> Result<(), FormatError> {
-    if objects.iter().any(|object| object.fate != Fate::LeftOut) {
-        return Ok(());
-    }
-    let is_something = |written: &&Written| {
-        scene.object(&written.object).is_ok_and(|object| !object.geometry().points().is_empty())
-    };
-    let Some(first) = objects.iter().find(is_something) else { return Ok(()) };
-    let reason = first.reason.as_deref().unwrap_or("the format cannot hold it");
-    let what = match objects.len() {
-        1 => format!("\"{}\"", crate::text::clip(&first.object)),
-        count => format!("any of its {count} objects: \"{}\"", crate::text::clip(&first.object)),
-    };
-    let problem = format!("nothing would be in it, for it cannot hold {what}: {reason}");
-    Err(FormatError::whole(problem).as_kind(FormatErrorKind::Unsupported))
 }
 
 /// The unit and the axis that are asked for take the place of those that the file states, or does not; the report says so.
