@@ -230,9 +230,6 @@ pub struct OffEdge {
     pub tolerance: f64,
 }
 
-/// Edges that are off by more than this part of the brep's size are told: no rounding comes to that.
-const OFF: f64 = 1e-4;
-
 /// How many open edges are named.
 const OPEN: usize = 8;
 
@@ -439,8 +436,6 @@ fn brep(brep: &Brep, facts: ObjectFacts) -> ObjectFacts {
 
 /// The edges that are not where they should be, the furthest off first. Where they cannot be evaluated none is told.
 fn off(brep: &Brep) -> Vec<OffEdge> {
-    let size =
-        bounds(brep.vertices()).map_or(0.0, |[low, high]| (Point::from(high) - Point::from(low)).norm());
     let tolerance = |edge: usize| brep.edge(edge).map_or(0.0, |edge| edge.tolerance);
     let told = |flaw: Flaw| match flaw {
         Flaw::End { edge, vertex, distance } => {
@@ -450,9 +445,7 @@ fn off(brep: &Brep) -> Vec<OffEdge> {
             OffEdge { edge, face: Some(face), vertex: None, distance, tolerance: tolerance(edge) }
         }
     };
-    let mut all: Vec<OffEdge> = brep.flaws(OFF * size).unwrap_or_default().into_iter().map(told).collect();
-    all.sort_by(|a, b| b.distance.total_cmp(&a.distance));
-    all
+    brep.misplaced().unwrap_or_default().into_iter().map(told).collect()
 }
 
 fn bounds(points: &[Point]) -> Option<[[f64; 3]; 2]> {

@@ -7,7 +7,7 @@ use crate::brep::Brep;
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Polyline};
 use crate::spline::{Curve, Surface, Trimmed};
-use crate::text::clip;
+use crate::text::{clip, short};
 
 /// How far a chord may be from the shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,6 +57,17 @@ pub struct Tessellated {
     pub error: f64,
 }
 
+/// How far an edge is from the surface of one of its faces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Apart {
+    /// The edge.
+    pub edge: usize,
+    /// The face.
+    pub face: usize,
+    /// The distance, in the Brep's unit.
+    pub distance: f64,
+}
+
 /// A Brep as a mesh, and how near the two are.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TessellatedBrep {
@@ -74,9 +85,28 @@ pub struct TessellatedBrep {
     /// The largest distance of a point of the mesh from its face, and of the face from the mesh, in the Brep's unit: bounded, not
     /// sampled; it includes how far the edges are from the surfaces.
     pub error: f64,
+    /// The edge that was found furthest from the surface of a face; `None` where all are on theirs.
+    pub furthest: Option<Apart>,
 }
 
 impl TessellatedBrep {
+    /// What to say where the mesh is not as near as was asked for: because of which edge, that no finer mesh brings nearer. `None` where it is
+    /// near enough. `scale`: a length in the unit of who reads it to one of the Brep.
+    pub fn excess(&self, scale: f64) -> Option<String> {
+        // What is asked for is met to rounding.
+        if self.error <= self.tolerance * (1.0 + 1e-9) {
+            return None;
+        }
+        let (error, tolerance) = (short(self.error * scale), short(self.tolerance * scale));
+        Some(match self.furthest.filter(|apart| 2.0 * apart.distance > self.error - self.tolerance) {
+            Some(Apart { edge, face, distance }) => format!(
+                "it is within {error} only, not the {tolerance} asked for: edge {edge} is {} off the surface of face {face}, which no finer mesh changes; mend the edge where it was made, or ask for no less",
+                short(distance * scale)
+            ),
+            None => format!("it is within {error} only, not the {tolerance} asked for"),
+        })
+    }
+
     /// The colours that faces have of their own, and for each triangle the number of its colour among them: 0, whose entry is `None`, where its face
     /// has none. In the order of the triangles; `O(triangles)`.
     pub fn colors(&self, brep: &Brep) -> (Vec<Option<[f64; 4]>>, Vec<u32>) {
@@ -242,6 +272,7 @@ mod tests {
             left_out: left_out.iter().map(|&face| (face, Error::Invalid("why".into()))).collect(),
             tolerance: 0.1,
             error: 0.05,
+            furthest: None,
         };
         let all = cut(&[0, 1, 1, 4, 5], &[]);
         assert_eq!(all.colors(&brep), (vec![None, red, blue], vec![0, 1, 1, 2, 1]));
@@ -252,5 +283,12 @@ mod tests {
             "2 of 6 faces could not be cut and are left out (face 1: why; face 4 \"front\": why)"
         );
         assert!(cut(&[], &[0, 1, 2, 3]).remark(&brep).unwrap().contains("face 2: why; …)"));
+        assert_eq!(all.excess(1.0), None);
+        let furthest = Some(Apart { edge: 7, face: 4, distance: 0.25 });
+        let said = TessellatedBrep { error: 0.3, furthest, ..cut(&[0], &[]) }.excess(10.0).unwrap();
+        assert!(
+            said.contains("within 3 only, not the 1 asked for: edge 7 is 2.5 off the surface of face 4"),
+            "{said}"
+        );
     }
 }

@@ -9,8 +9,12 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use loftsman_kernel::plugin::{Format, Memory, Observer, Quiet, Registry, WriteOptions, WriteReport};
+use loftsman_kernel::plugin::{
+    Fate, Format, FormatError, FormatErrorKind, Memory, Observer, Quiet, Registry, WriteOptions, WriteReport,
+    Written,
+};
 use loftsman_kernel::scene::Scene;
+use loftsman_kernel::text::clip;
 
 use super::commit::{Pending, TAKEN, commit};
 use super::input::extensions;
@@ -289,7 +293,7 @@ impl Outputs {
 /// registry's is used.
 ///
 /// # Errors
-/// When the format cannot hold the scene.
+/// When the format cannot hold the scene, or nothing of it.
 pub fn encode(
     scene: &Scene,
     name: &str,
@@ -300,7 +304,26 @@ pub fn encode(
     let mut memory = Memory::new(name, Vec::new());
     let tessellator = options.tessellator.or_else(|| registry.tessellator());
     let report = format.write(scene, &mut memory, &WriteOptions { tessellator, ..options.clone() })?;
+    refuse_empty(scene, &report.objects).map_err(|error| error.in_file(name))?;
     Ok((memory, report))
+}
+
+/// A file in which nothing of a scene would be is none that anybody asked for, where there is something in the scene.
+fn refuse_empty(scene: &Scene, objects: &[Written]) -> std::result::Result<(), FormatError> {
+    if objects.iter().any(|object| object.fate != Fate::LeftOut) {
+        return Ok(());
+    }
+    let is_something = |written: &&Written| {
+        scene.object(&written.object).is_ok_and(|object| !object.geometry().points().is_empty())
+    };
+    let Some(first) = objects.iter().find(is_something) else { return Ok(()) };
+    let reason = first.reason.as_deref().unwrap_or("the format cannot hold it");
+    let what = match objects.len() {
+        1 => format!("\"{}\"", clip(&first.object)),
+        count => format!("any of its {count} objects: \"{}\"", clip(&first.object)),
+    };
+    let problem = format!("nothing would be in it, for it cannot hold {what}: {reason}");
+    Err(FormatError::whole(problem).as_kind(FormatErrorKind::Unsupported))
 }
 
 /// The format that a file is to be written in, by its extension.

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use loftsman_tests::oracle::{Oracle, at, list, number, position};
+use serde_json::json;
 
 use crate::LOFTSMAN;
 
@@ -94,6 +95,58 @@ fn blender_sees_closed_solids_of_the_right_volume() {
     assert!(solids >= 30, "{solids}");
 }
 
+/// MeshLab's word on every solid of every file that lies here: two-manifold without any border, in OBJ as it is and in glTF (whose vertices are doubled where
+/// faces meet) once what is at one place is one; and as large as OpenCASCADE says.
+#[test]
+fn meshlab_finds_every_solid_watertight() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/step");
+    let mut files: Vec<PathBuf> = std::fs::read_dir(&data).unwrap().map(|e| e.unwrap().path()).collect();
+    files.sort();
+    files.retain(|file| {
+        ["stp", "step"].iter().any(|e| file.extension().is_some_and(|own| own.eq_ignore_ascii_case(e)))
+    });
+    let (mut solids, mut sources, [mut objs, mut glbs]) =
+        (0, Vec::new(), [const { Vec::<PathBuf>::new() }; 2]);
+    for (k, file) in files.iter().enumerate() {
+        let from = file.to_string_lossy();
+        let found = LOFTSMAN.json(folder.path(), &["info", &from]);
+        let totals = &found["totals"];
+        // Shells have borders.
+        if totals["solids"] != totals["breps"] {
+            continue;
+        }
+        solids += totals["solids"].as_u64().unwrap();
+        for (extension, list) in [("obj", &mut objs), ("glb", &mut glbs)] {
+            let to = folder.path().join(format!("{k}.{extension}"));
+            LOFTSMAN.done(folder.path(), &["convert", &from, &to.to_string_lossy()]);
+            list.push(to);
+        }
+        sources.push(file.clone());
+    }
+    assert!(sources.len() >= 14 && solids >= 38, "{} files, {solids} solids", sources.len());
+    let Some(objs) = Oracle::MeshLab.ask(&objs, &[]) else { return };
+    let Some(glbs) = Oracle::MeshLab.ask(&glbs, &["--weld"]) else { return };
+    let exact = Oracle::OpenCascade.ask(&sources, &[]);
+    for (k, source) in sources.iter().enumerate() {
+        let name = source.display();
+        let meshes = list(&objs[k], "meshes");
+        assert!(!meshes.is_empty(), "{name}");
+        for mesh in meshes {
+            assert_eq!(mesh["watertight"], true, "{name}, OBJ: {mesh:#}");
+        }
+        for mesh in list(&glbs[k], "meshes") {
+            assert_eq!(mesh["welded"]["watertight"], true, "{name}, GLB: {mesh:#}");
+        }
+        let Some(exact) = &exact else { continue };
+        for measure in ["area", "volume"] {
+            let found: f64 = meshes.iter().map(|mesh| number(mesh, measure)).sum();
+            let expected = number(&exact[k], measure);
+            assert!((found / expected - 1.0).abs() < 0.02, "{name}: {measure} {found}, exactly {expected}");
+        }
+    }
+}
+
 /// Edits of faces with their neighbours that keep the solid's volume: OpenCASCADE finds it kept in the STEP that was written, and the solid whole.
 #[test]
 fn opencascade_finds_the_volume_kept_and_the_solid_whole() {
@@ -163,4 +216,62 @@ fn opencascade_reads_trimmed_surfaces() {
         let told = number(found, "area");
         assert!((told / area - 1.0).abs() < within, "{}: {told} {area}", file.display());
     }
+}
+
+/// A ball whose net is pulled out of shape with weights from 0.04 to 4: what OpenCASCADE integrates over rational faces is off by 4e-3 here, whatever it is asked
+/// for; its own triangles are not, nor is what we say. The exact numbers are those of NumPy, by 40 nodes of Gauss in each direction of each piece.
+#[test]
+fn rational_solids_are_as_large_as_they_are() {
+    const VOLUME: f64 = 1375.0868889013;
+    const AREA: f64 = 775.9154510806;
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let around: [[f64; 2]; 9] = [
+        [1.0, 0.0],
+        [1.0, 1.0],
+        [0.0, 1.0],
+        [-1.0, 1.0],
+        [-1.0, 0.0],
+        [-1.0, -1.0],
+        [0.0, -1.0],
+        [1.0, -1.0],
+        [1.0, 0.0],
+    ];
+    let (wide, heavy) = ([0.0, 1.3, 0.7, 1.6, 0.0], [1.0, 3.0, 0.35, 2.2, 1.0]);
+    let heights = [-5.0, -5.0, 0.0, 5.0, 5.0];
+    let (mut points, mut weights) = (Vec::new(), Vec::new());
+    for (i, [x, y]) in around.iter().enumerate() {
+        let turn = 1.0 + 0.9 * (1.0 + 1.7 * (i % 8) as f64).sin();
+        let row = |j: usize| json!([7.0 * x * wide[j], 5.0 * y * wide[j], 1.2 * heights[j]]);
+        let weight = |j: usize| {
+            let own = if i % 2 == 1 { half } else { 1.0 } * if j % 2 == 1 { half } else { 1.0 };
+            own * heavy[j] * if (1..4).contains(&j) { turn } else { 1.0 }
+        };
+        points.push((0..5).map(row).collect::<Vec<_>>());
+        weights.push((0..5).map(weight).collect::<Vec<f64>>());
+    }
+    let u: Vec<i32> = vec![0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4];
+    let direction = |knots: &[i32]| json!({ "degree": 2, "periodic": false, "knots": knots });
+    let surface = json!({ "u": direction(&u), "v": direction(&[0, 0, 0, 1, 1, 2, 2, 2]), "points": points, "weights": weights });
+    let brep = json!({
+        "vertices": [{ "at": [0.0, 0.0, -6.0], "tolerance": 1e-7 }],
+        "edges": [],
+        "faces": [{ "surface": surface, "loops": [], "points": [0] }],
+        "shells": [[0]],
+        "solids": [{ "outer": 0 }],
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let document = loftsman_tests::curves::document("mm", &[json!({ "name": "lump", "brep": brep })]);
+    crate::save(folder.path(), "lump.loft.json", &document);
+    let found = LOFTSMAN.json(folder.path(), &["info", "lump.loft.json"]);
+    for (measure, exact) in [("volume", VOLUME), ("area", AREA)] {
+        let ours = number(&found["objects"][0], measure);
+        assert!((ours / exact - 1.0).abs() < 1e-3, "{measure}: {ours}, exactly {exact}");
+    }
+    LOFTSMAN.done(folder.path(), &["convert", "lump.loft.json", "lump.step"]);
+    let Some(seen) = Oracle::OpenCascade.ask(&[folder.path().join("lump.step")], &["--meshed"]) else {
+        return;
+    };
+    assert_eq!(at(&seen[0], "valid"), true);
+    let meshed = number(&seen[0], "meshed");
+    assert!((meshed / VOLUME - 1.0).abs() < 1e-3, "{meshed}, exactly {VOLUME}");
 }

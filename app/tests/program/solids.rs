@@ -46,6 +46,68 @@ fn info_shows_an_assembly_as_a_tree() {
     assert!(text.contains("18 solids · 160 faces · 354 edges") && !text.contains("not measured"), "{text}");
 }
 
+/// A face of polygons in millimetres, as text.
+fn polygon(corners: &[[f64; 3]]) -> String {
+    let points: Vec<String> = corners
+        .iter()
+        .enumerate()
+        .map(|(k, [x, y, z])| format!("#{}=CARTESIAN_POINT('',({x:?},{y:?},{z:?}));\n", 200 + k))
+        .collect();
+    let names: Vec<String> = (0..corners.len()).map(|k| format!("#{}", 200 + k)).collect();
+    format!(
+        "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n\
+         FILE_SCHEMA(('AP242'));\nENDSEC;\nDATA;\n\
+         #1=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));\n\
+         #2=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#1))REPRESENTATION_CONTEXT('',''));\n\
+         #3=SHAPE_REPRESENTATION('',(#4),#2);\n#4=SHELL_BASED_SURFACE_MODEL('',(#5));\n#5=OPEN_SHELL('',(#6));\n\
+         #6=FACE_SURFACE('',(#7),#9,.T.);\n#7=FACE_OUTER_BOUND('',#8,.T.);\n#8=POLY_LOOP('',({}));\n#9=PLANE('',#10);\n\
+         #10=AXIS2_PLACEMENT_3D('',#11,#12,#13);\n#11=CARTESIAN_POINT('',(0.,0.,0.));\n\
+         #12=DIRECTION('',(0.,0.,1.));\n#13=DIRECTION('',(1.,0.,0.));\n{}ENDSEC;\nEND-ISO-10303-21;\n",
+        names.join(","),
+        points.concat()
+    )
+}
+
+/// A loop that crosses itself bounds nothing: a mesh of nothing is no result.
+#[test]
+fn what_would_be_an_empty_file_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let tie = polygon(&[[0.0, 0.0, 0.0], [10.0, 10.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0]]);
+    std::fs::write(folder.path().join("tie.step"), tie).unwrap();
+    for output in ["tie.obj", "tie.glb"] {
+        let run = LOFTSMAN.run(folder.path(), &["convert", "tie.step", output]);
+        assert_eq!(run.code, Some(1), "{}{}", run.out, run.err);
+        assert!(
+            run.err.contains("nothing would be in it")
+                && run.err.contains("its loops cross or touch at edge")
+                && run.err.contains(" near (5, "),
+            "{}",
+            run.err
+        );
+        assert!(!folder.path().join(output).exists());
+    }
+    // What holds it as it is takes it.
+    LOFTSMAN.done(folder.path(), &["convert", "tie.step", "tie.loft.json"]);
+}
+
+/// Where a mesh cannot be as near as asked for, that and the edge that is to blame are told.
+#[test]
+fn why_a_mesh_is_not_as_near_as_asked_for_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let bent = polygon(&[[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 10.0, 0.02], [0.0, 10.0, 0.0]]);
+    std::fs::write(folder.path().join("bent.step"), bent).unwrap();
+    for output in ["bent.obj", "bent.glb"] {
+        let text = LOFTSMAN.done(folder.path(), &["convert", "bent.step", output, "--tolerance", "0.001"]);
+        assert!(
+            text.contains("it is within 0.02 only, not the 0.001 asked for: edge ")
+                && text.contains("is 0.02 off the surface of face 0"),
+            "{text}"
+        );
+    }
+    let fine = LOFTSMAN.done(folder.path(), &["convert", "bent.step", "fine.obj", "--tolerance", "0.1"]);
+    assert!(!fine.contains("asked for"), "{fine}");
+}
+
 #[test]
 fn what_is_open_is_named_with_its_place() {
     let folder = tempfile::tempdir().unwrap();

@@ -8,7 +8,9 @@
 //! directory is accounted for in the report. What is malformed is left out with its number (`D17`: as others name it) and its line, with what
 //! uses it, and the rest is read; a file is an error where its sections cannot be told or nothing of it is left.
 //! A file without its terminate section is refused as cut off, unless all that its directory names is there. Where no unit is named lengths
-//! are inches, the default of the standard, and the report says so.
+//! are inches, the default of the standard, and the report says so. What is read but not where it should be is noted: edges of solids and shells
+//! that are off their surfaces or vertices by more than their tolerance and a ten-thousandth of the size, and loops that lie outside of what the
+//! other ones of their face bound.
 //!
 //! | in the file | becomes |
 //! |---|---|

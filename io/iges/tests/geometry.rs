@@ -434,3 +434,64 @@ fn lines_of_old_writers() {
         assert_eq!(found, expected, "{text}");
     }
 }
+
+/// An edge that is not on its surface is told as in STEP files, and so is a loop beside the others.
+#[test]
+fn edges_off_their_faces_and_loops_beside_one_another_are_told() {
+    // Squares of a plane: their corners, four lines between them each, and what is said.
+    let told = |squares: &[[[f64; 3]; 4]]| {
+        let mut all = vec!["116,0.,0.,0.,0;".to_owned(), "123,0.,0.,1.;".to_owned(), "190,1,3;".to_owned()];
+        let mut forms = vec![0, 0, 0];
+        let corners: Vec<[f64; 3]> = squares.iter().flatten().copied().collect();
+        let numbers: Vec<String> = corners.iter().flatten().map(|x| format!("{x:?}")).collect();
+        all.push(format!("502,{},{};", corners.len(), numbers.join(",")));
+        forms.push(1);
+        let (mut edges, mut first) = (Vec::new(), 1);
+        for square in squares {
+            for k in 0..4 {
+                let line: Vec<String> =
+                    square[k].iter().chain(&square[(k + 1) % 4]).map(|x| format!("{x:?}")).collect();
+                all.push(format!("110,{};", line.join(",")));
+                forms.push(0);
+                edges.push(format!("{},7,{},7,{}", 2 * all.len() - 1, first + k, first + (k + 1) % 4));
+            }
+            first += 4;
+        }
+        all.push(format!("504,{},{};", edges.len(), edges.join(",")));
+        forms.push(1);
+        let list = 2 * all.len() - 1;
+        let mut loops = Vec::new();
+        for k in 0..squares.len() {
+            let uses: Vec<String> = (1..=4).map(|e| format!("0,{list},{},1,0", 4 * k + e)).collect();
+            all.push(format!("508,4,{};", uses.join(",")));
+            forms.push(1);
+            loops.push((2 * all.len() - 1).to_string());
+        }
+        all.push(format!("510,5,{},1,{};", loops.len(), loops.join(",")));
+        forms.push(1);
+        let face = 2 * all.len() - 1;
+        all.push(format!("514,1,{face},1;"));
+        forms.push(2);
+        let entities: Vec<Entity<'_>> =
+            all.iter().zip(&forms).map(|(text, form)| entity(*form, text)).collect();
+        let (scene, report) = read(&file(&entities)).unwrap();
+        assert!(matches!(only(&scene), Geometry::Brep(_)));
+        let notes: Vec<String> = report.notes.into_iter().filter(|note| note.starts_with('D')).collect();
+        (face, notes)
+    };
+    let square = |x: f64, a: f64| [[x, 0.0, 0.0], [x + a, 0.0, 0.0], [x + a, a, 0.0], [x, a, 0.0]];
+    let hole = [[2.0, 2.0, 0.0], [2.0, 4.0, 0.0], [4.0, 4.0, 0.0], [4.0, 2.0, 0.0]];
+    assert_eq!(told(&[square(0.0, 10.0), hole]).1, [""; 0]);
+    let (face, notes) = told(&[square(0.0, 10.0), hole, square(25.0, 4.0)]);
+    let begins = format!("D{face}: a loop of it, around an area of 16, lies outside the largest");
+    assert!(notes.len() == 1 && notes[0].starts_with(&begins), "{notes:?}");
+    let mut bent = square(0.0, 10.0);
+    bent[2][2] = 50.0;
+    let (_, notes) = told(&[bent]);
+    assert!(
+        notes.len() == 1
+            && notes[0].contains("is up to 50 off the surface of face 0; ")
+            && notes[0].contains("the file states "),
+        "{notes:?}"
+    );
+}

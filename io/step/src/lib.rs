@@ -8,7 +8,7 @@
 //! **Reading.** Every entity is accounted for in the report. What is malformed is left out with its number and line, with the face,
 //! curve or solid that uses it, and the rest is read; a file is an error where its text is broken or nothing of it is left.
 //! What is read but not where it should be is noted: edges that are off their surfaces or vertices by more than their tolerance and a ten-thousandth
-//! of the size, and loops of plane faces that lie outside the largest one.
+//! of the size, and loops that lie outside of what the other ones of their face bound.
 //!
 //! | in the file | becomes |
 //! |---|---|

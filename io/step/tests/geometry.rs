@@ -309,3 +309,154 @@ fn offsets_of_free_form_surfaces_are_approximated_and_told() {
     };
     assert!(told.contains("folds"), "{told}");
 }
+
+/// Edges, loops and faces as text, in the order of their numbers from 1000 on.
+#[derive(Default)]
+struct Text {
+    data: String,
+    count: usize,
+}
+
+impl Text {
+    fn add(&mut self, entity: &str) -> String {
+        let number = 1000 + self.count;
+        self.count += 1;
+        self.data += &format!("#{number}={entity};\n");
+        format!("#{number}")
+    }
+
+    fn list(&mut self, kind: &str, numbers: &[f64]) -> String {
+        let numbers: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
+        self.add(&format!("{kind}('',({}))", numbers.join(",")))
+    }
+
+    fn vertex(&mut self, p: [f64; 3]) -> String {
+        let point = self.list("CARTESIAN_POINT", &p);
+        self.add(&format!("VERTEX_POINT('',{point})"))
+    }
+
+    fn straight(&mut self, a: [f64; 3], b: [f64; 3], ends: [&str; 2]) -> String {
+        let points = [a, b].map(|p| self.list("CARTESIAN_POINT", &p));
+        let line = self.add(&format!("POLYLINE('',({}))", points.join(",")));
+        self.add(&format!("EDGE_CURVE('',{},{},{line},.T.)", ends[0], ends[1]))
+    }
+
+    /// Part of a circle around the axis of z, from one place of it to another; all of it where they are one.
+    fn round(&mut self, radius: f64, z: f64, ends: [&str; 2], along: bool) -> String {
+        let origin = self.list("CARTESIAN_POINT", &[0.0, 0.0, z]);
+        let axis = self.list("DIRECTION", &[0.0, 0.0, if along { 1.0 } else { -1.0 }]);
+        let placement = self.add(&format!("AXIS2_PLACEMENT_3D('',{origin},{axis},#13)"));
+        let circle = self.add(&format!("CIRCLE('',{placement},{radius:?})"));
+        self.add(&format!("EDGE_CURVE('',{},{},{circle},.T.)", ends[0], ends[1]))
+    }
+
+    fn bound(&mut self, edges: &[String]) -> String {
+        let uses: Vec<String> =
+            edges.iter().map(|edge| self.add(&format!("ORIENTED_EDGE('',*,*,{edge},.T.)"))).collect();
+        let chain = self.add(&format!("EDGE_LOOP('',({}))", uses.join(",")));
+        self.add(&format!("FACE_BOUND('',{chain},.T.)"))
+    }
+
+    /// A rim of a cylinder.
+    fn rim(&mut self, radius: f64, z: f64, along: bool) -> String {
+        let vertex = self.vertex([radius, 0.0, z]);
+        let edge = self.round(radius, z, [&vertex, &vertex], along);
+        self.bound(&[edge])
+    }
+
+    /// A window of a cylinder between two angles and two heights.
+    fn window(&mut self, radius: f64, angles: [f64; 2], heights: [f64; 2]) -> String {
+        let at = |k: usize, l: usize| {
+            [radius * angles[k].to_radians().cos(), radius * angles[k].to_radians().sin(), heights[l]]
+        };
+        let corners = [at(0, 0), at(1, 0), at(1, 1), at(0, 1)];
+        let v = corners.map(|p| self.vertex(p));
+        let edges = [
+            self.round(radius, heights[0], [&v[0], &v[1]], true),
+            self.straight(corners[1], corners[2], [&v[1], &v[2]]),
+            self.round(radius, heights[1], [&v[2], &v[3]], false),
+            self.straight(corners[3], corners[0], [&v[3], &v[0]]),
+        ];
+        self.bound(&edges)
+    }
+
+    /// What is said of a face with these bounds.
+    fn told(self, bounds: &[String], surface: &str) -> Vec<String> {
+        let text = format!(
+            "{AXES}#100=SHELL_BASED_SURFACE_MODEL('',(#101));\n#101=OPEN_SHELL('',(#102));\n\
+             #102=ADVANCED_FACE('',({}),#103,.T.);\n#103={surface};\n{}",
+            bounds.join(","),
+            self.data
+        );
+        let (scene, report) = read(&file("#100", &text)).unwrap();
+        assert_eq!(scene.objects().len(), 1, "{report:?}");
+        report.notes.into_iter().filter(|note| note.starts_with("#10")).collect()
+    }
+}
+
+/// Which loop is in which is looked at where surfaces are curved, too, and where they go on across a seam.
+#[test]
+fn loops_beside_one_another_on_curved_faces_are_told() {
+    let cylinder = "CYLINDRICAL_SURFACE('',#10,2.)";
+    let between = |window: Option<([f64; 2], [f64; 2])>| {
+        let mut text = Text::default();
+        let mut bounds = vec![text.rim(2.0, 0.0, true), text.rim(2.0, 10.0, false)];
+        bounds.extend(window.map(|(angles, heights)| text.window(2.0, angles, heights)));
+        text.told(&bounds, cylinder)
+    };
+    assert_eq!(between(None), [""; 0]);
+    assert_eq!(between(Some(([20.0, 70.0], [3.0, 5.0]))), [""; 0]);
+    assert_eq!(between(Some(([-30.0, 30.0], [3.0, 5.0]))), [""; 0], "across the seam");
+    for angles in [[20.0, 70.0], [-30.0, 30.0]] {
+        let told = between(Some((angles, [12.0, 14.0])));
+        assert!(
+            told.len() == 1
+                && told[0].starts_with("#102: a loop of it, around an area of ")
+                && told[0].contains("lies outside what the others bound"),
+            "{told:?}"
+        );
+    }
+    // A panel of the cylinder, with a hole and with another panel beside it.
+    let panel = |other: ([f64; 2], [f64; 2])| {
+        let mut text = Text::default();
+        let bounds = [text.window(2.0, [-60.0, 60.0], [0.0, 10.0]), text.window(2.0, other.0, other.1)];
+        text.told(&bounds, cylinder)
+    };
+    assert_eq!(panel(([-20.0, 20.0], [3.0, 5.0])), [""; 0]);
+    for beside in [([100.0, 140.0], [3.0, 5.0]), ([-20.0, 20.0], [12.0, 14.0])] {
+        let told = panel(beside);
+        assert!(told.len() == 1 && told[0].contains("lies outside what the others bound"), "{told:?}");
+    }
+    // On a ball without any border loops are beside one another: both are holes.
+    let mut text = Text::default();
+    let bounds = [text.rim(3.0, 4.0, false), text.rim(4.0, 3.0, true)];
+    assert_eq!(text.told(&bounds, "SPHERICAL_SURFACE('',#10,5.)"), [""; 0]);
+
+    // A bilinear spline, whose lines of parameters are straight.
+    let spline = |windows: &[[[f64; 2]; 2]]| {
+        let mut text = Text::default();
+        let at = |x: f64, y: f64| [x, y, 0.1 * x * y];
+        let bounds: Vec<String> = windows
+            .iter()
+            .map(|[[a, b], [c, d]]| {
+                let corners = [at(*a, *c), at(*b, *c), at(*b, *d), at(*a, *d)];
+                let v = corners.map(|p| text.vertex(p));
+                let edges: Vec<String> = (0..4)
+                    .map(|k| text.straight(corners[k], corners[(k + 1) % 4], [&v[k], &v[(k + 1) % 4]]))
+                    .collect();
+                text.bound(&edges)
+            })
+            .collect();
+        let net: Vec<String> = [(0.0, 0.0), (0.0, 9.0), (9.0, 0.0), (9.0, 9.0)]
+            .map(|(x, y)| text.list("CARTESIAN_POINT", &at(x, y)))
+            .to_vec();
+        let surface = format!(
+            "B_SPLINE_SURFACE_WITH_KNOTS('',1,1,(({},{}),({},{})),.U.,.F.,.F.,.F.,(2,2),(2,2),(0.,1.),(0.,1.),.U.)",
+            net[0], net[1], net[2], net[3]
+        );
+        text.told(&bounds, &surface)
+    };
+    assert_eq!(spline(&[[[0.0, 5.0], [0.0, 5.0]], [[1.0, 2.0], [1.0, 2.0]]]), [""; 0]);
+    let told = spline(&[[[0.0, 5.0], [0.0, 5.0]], [[1.0, 2.0], [1.0, 2.0]], [[6.0, 8.0], [6.0, 8.0]]]);
+    assert!(told.len() == 1 && told[0].contains("lies outside what the others bound"), "{told:?}");
+}

@@ -260,7 +260,95 @@ fn size_costs_in_proportion() {
     let (scene, _) =
         read(&file("#100", &format!("#100=GEOMETRIC_SET('',({}));{ends}{same}", list.join(",")))).unwrap();
     assert_eq!(scene.objects().len(), 20_000);
-    // A number that is taken.
-    let twice = points(3).replace("#1002=", "#1001=");
-    assert!(read(&twice).unwrap().1.left_out.keys().any(|why| why.contains("its number")));
+}
+
+/// What is wrong with a whole file is one message each: what, in which line, and what to do.
+#[test]
+fn faults_of_files_are_told_with_line_and_advice() {
+    let good = file(
+        "#100",
+        "#100=GEOMETRIC_SET('',(#101,#102));\n#101=CARTESIAN_POINT('',(0.,0.,0.));\n#102=CARTESIAN_POINT('',(1.,0.,0.));",
+    );
+    let all = |text: &str| {
+        let (scene, report) = read(text).unwrap();
+        assert!(scene.objects().len() == 1 && report.adds_up(), "{report:?}");
+        report.left_out.into_keys().chain(report.notes).collect::<Vec<_>>()
+    };
+    assert_eq!(all(&good), ["schema AP242".to_owned()]);
+    let line = |text: &str, of: &str| 1 + text[..text.find(of).unwrap()].matches('\n').count();
+    let one = |text: &str, says: &[&str]| {
+        let told = all(text);
+        let found: Vec<&String> =
+            told.iter().filter(|told| says.iter().all(|says| told.contains(says))).collect();
+        assert_eq!(found.len(), 1, "{says:?}: {told:?}");
+    };
+    // A number that is taken: both lines.
+    let twice = good.replace("#102=CART", "#101=CART").replace(",#102)", ")");
+    let lines = (line(&twice, "#101=CARTESIAN_POINT('',(1."), line(&twice, "#101=CARTESIAN_POINT('',(0."));
+    one(
+        &twice,
+        &[
+            &format!(
+                "#101 (CARTESIAN_POINT), line {}: its number is that of the entity in line {}",
+                lines.0, lines.1
+            ),
+            "give one of them another number",
+        ],
+    );
+    // A number that nothing has: who names it, and where.
+    let missing = good.replace("(#101,#102)", "(#101,#102,#4711)");
+    let at = line(&missing, "#100=");
+    one(
+        &missing,
+        &[
+            &format!("#100 (GEOMETRIC_SET), line {at}: #4711 is named, but is not in the file"),
+            "get the file again",
+        ],
+    );
+    let nothing = good.replace("(#101,#102)", "(#4711)");
+    let error = read(&nothing).unwrap_err().to_string();
+    assert!(error.contains(&format!("#100 (GEOMETRIC_SET), line {at}: #4711 is named")), "{error}");
+    // An entity that names itself.
+    let itself = good.replace("(#101,#102)", "(#101,#102,#100)");
+    one(&itself, &["#100 (GEOMETRIC_SET), line ", "lies in itself"]);
+    let shell = format!("{AXES}#100=SHELL_BASED_SURFACE_MODEL('',(#100));");
+    let error = read(&file("#100", &shell)).unwrap_err().to_string();
+    assert!(
+        error.contains("#100 (SHELL_BASED_SURFACE_MODEL), line ")
+            && error.contains("name an OPEN_SHELL or a CLOSED_SHELL"),
+        "{error}"
+    );
+    // A context without units.
+    let unitless = good.replace("GLOBAL_UNIT_ASSIGNED_CONTEXT((#1,#2))", "");
+    one(
+        &unitless,
+        &[
+            &format!("#5, line {}, says no unit of length", line(&unitless, "#5=")),
+            "name the unit of the input",
+        ],
+    );
+    // Schemas.
+    one(
+        &good.replace("('AP242')", "('IFC4')"),
+        &["the schema IFC4 is none that is known", "export it as AP203, AP214 or AP242"],
+    );
+    one(&good.replace("('AP242')", "('')"), &["the header names no schema"]);
+    for known in [
+        "AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }",
+        "CONFIG_CONTROL_DESIGN",
+        "AP242_MANAGED_MODEL_BASED_3D_ENGINEERING_MIM_LF",
+    ] {
+        assert!(
+            !all(&good.replace("AP242", known)).iter().any(|told| told.contains("none that is known")),
+            "{known}"
+        );
+    }
+    let empty = good.replace("('AP242')", "('IFC4')").replace("GEOMETRIC_SET('',(#101,#102))", "IFCWALL('')");
+    let error = read(&empty).unwrap_err().to_string();
+    assert!(error.contains("no geometry") && error.contains("the schema IFC4"), "{error}");
+    // A file that ends within an entity: that, its line, and what to do.
+    let cut = &good[..good.find("(1.,0").unwrap()];
+    let error = read(cut).unwrap_err();
+    assert_eq!(error.place, Place::Line(line(&good, "#102=CART")), "{error}");
+    assert!(error.problem.contains("within #102: it was cut off, get it again"), "{error}");
 }

@@ -80,7 +80,7 @@ fn files_of_others_are_written_and_read_to_the_last_bit() {
             let name = format!("{name:?}");
             assert_eq!(before.face_count(), after.face_count(), "{name}");
             assert_eq!(before.edge_count(), after.edge_count(), "{name}");
-            assert_eq!(before.solids().len(), after.solids().len(), "{name}");
+            assert_eq!(before.solids(), after.solids(), "{name}");
             assert_eq!(before.tolerances(), after.tolerances(), "{name}");
             for face in 0..before.face_count() {
                 // In the order of their shells, which is that of the file.

@@ -71,6 +71,7 @@ impl Brep {
             solids,
             uses,
             motion: super::loose::Motion::None,
+            known: super::flaws::Known::default(),
         };
         brep.check_solids()?;
         Ok(brep)

@@ -1,5 +1,7 @@
 //! How far edges are from their vertices and surfaces.
 
+use std::sync::OnceLock;
+
 use super::Brep;
 use crate::error::Result;
 use crate::spline::{Curve, Surface};
@@ -7,6 +9,21 @@ use crate::{Point, parallel};
 
 /// The part of a distance that is more than a tolerance by which another place may be nearer than the one that is taken.
 const OFF: f64 = 1e-3;
+
+/// Edges that are off by more than this part of the Brep's size are misplaced: no rounding of a writer, nor a curve that it fitted, comes to that.
+const MISPLACED: f64 = 1e-4;
+/// So many flaws are told one by one.
+const TOLD: usize = 3;
+
+/// What is known of a Brep until something of it moves: what is [misplaced](Brep::misplaced). No part of what it is.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Known(OnceLock<Vec<Flaw>>);
+
+impl PartialEq for Known {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
 
 /// Something that is further from its place than its tolerance says.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,6 +57,17 @@ impl Flaw {
             Self::End { distance, .. } | Self::Off { distance, .. } => *distance,
         }
     }
+
+    /// Flaws in words: the first of them, and how many more there are; `None` where there are none. As [`Brep::misplaced`] has them these are the
+    /// furthest.
+    pub fn told(flaws: &[Self]) -> Option<String> {
+        let told: Vec<String> = flaws.iter().take(TOLD).map(Self::to_string).collect();
+        let more = match flaws.len().saturating_sub(TOLD) {
+            0 => String::new(),
+            more => format!("; {more} more by less"),
+        };
+        (!flaws.is_empty()).then(|| told.join("; ") + &more)
+    }
 }
 
 impl std::fmt::Display for Flaw {
@@ -71,6 +99,23 @@ impl Brep {
             all.extend(one?);
         }
         Ok(all)
+    }
+
+    /// What is further from its place than any rounding of a writer brings it, 1e-4 of the Brep's size, the furthest first: as [`flaws`](Self::flaws), and
+    /// found once, as long as nothing moves.
+    ///
+    /// # Errors
+    /// As for [`flaws`](Self::flaws).
+    pub fn misplaced(&self) -> Result<Vec<Flaw>> {
+        if let Some(known) = self.known.0.get() {
+            return Ok(known.clone());
+        }
+        let vertices = self.vertices();
+        let first = vertices.first().copied().unwrap_or_default();
+        let (low, high) = vertices.iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
+        let mut flaws = self.flaws(MISPLACED * (high - low).norm())?;
+        flaws.sort_by(|a, b| b.distance().total_cmp(&a.distance()));
+        Ok(self.known.0.get_or_init(|| flaws).clone())
     }
 
     fn flaws_of(&self, number: usize, surfaces: &[Option<Surface>], slack: f64) -> Result<Vec<Flaw>> {

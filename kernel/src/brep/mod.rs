@@ -16,6 +16,7 @@ mod form;
 mod inside;
 mod loose;
 mod moved;
+mod nesting;
 mod parts;
 mod projection;
 mod shape;
@@ -48,6 +49,7 @@ pub struct Brep {
     /// For each edge the places where it is used: face, loop, number in the loop.
     uses: Vec<Vec<UsePlace>>,
     motion: loose::Motion,
+    known: flaws::Known,
 }
 
 /// Where in the list of control vertices things start.

@@ -88,6 +88,7 @@ impl Brep {
         }
         self.net = points;
         self.motion = super::loose::Motion::None;
+        self.known = super::flaws::Known::default();
         Ok(())
     }
 }

@@ -92,6 +92,7 @@ impl Shape for Brep {
     /// Surfaces' control vertices that are moved keep their forms (a plane, a cylinder) until the Brep is
     /// [settled](Shape::settle): see [`with_points`](Brep::with_points) for one that is right at once.
     fn control_vertices_mut(&mut self) -> &mut [Point] {
+        self.known = super::flaws::Known::default();
         &mut self.net
     }
 

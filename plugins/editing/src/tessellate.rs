@@ -140,7 +140,7 @@ impl Operation for Tessellate {
             Geometry::Brep(brep) => {
                 let mut cut = tessellator()?.measured_brep(brep, &fineness)?;
                 let note = counted(cut.mesh.triangle_count(), "triangle[|s]");
-                warnings.extend(cut.remark(brep));
+                warnings.extend(cut.remark(brep).into_iter().chain(cut.excess(1.0)));
                 color_faces(&mut cut, brep, scene.color_of(scene.object(&name)?));
                 (cut.mesh.into(), note)
             }

@@ -157,7 +157,8 @@ impl<'a> Writer<'a, '_> {
                 };
                 report.cut(chord.length(found.tolerance * in_scene), Some(found.error * in_scene));
                 report.change("the brep became triangles");
-                found.remark(brep).iter().for_each(|remark| report.change(remark));
+                let remarks = found.remark(brep).into_iter().chain(found.excess(in_scene));
+                remarks.for_each(|remark| report.change(&remark));
                 if frames.is_some() {
                     report.change("its frames were left out");
                 }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use loftsman_kernel::brep::{Brep, CurveForm, Edge, Face, Parts, Shell, Solid, Use, Vertex};
+use loftsman_kernel::brep::{Brep, CurveForm, Edge, Face, Flaw, Parts, Shell, Solid, Use, Vertex};
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Point, Result};
 
@@ -32,6 +32,8 @@ pub(crate) struct Builder<'a, 'r, 'f> {
     vertices: HashMap<(usize, usize), usize>,
     /// Of each edge of a list the number, and whether it runs the other way.
     edges: HashMap<(usize, usize), (usize, bool)>,
+    /// Of each face its place in the file.
+    face_places: Vec<usize>,
     problems: Vec<Problem>,
     notes: Vec<String>,
 }
@@ -47,6 +49,7 @@ impl<'a, 'r, 'f> Builder<'a, 'r, 'f> {
             edge_lists: HashMap::new(),
             vertices: HashMap::new(),
             edges: HashMap::new(),
+            face_places: Vec::new(),
             problems: Vec::new(),
             notes: Vec::new(),
         };
@@ -84,6 +87,7 @@ impl<'a, 'r, 'f> Builder<'a, 'r, 'f> {
             _ => {
                 let face = self.face(place, true)?;
                 self.parts.faces.push(face);
+                self.face_places.push(place);
                 Ok(())
             }
         }
@@ -107,6 +111,7 @@ impl<'a, 'r, 'f> Builder<'a, 'r, 'f> {
                 Ok(found) => {
                     shell.faces.push(self.parts.faces.len());
                     self.parts.faces.push(found);
+                    self.face_places.push(face);
                 }
                 Err(problem) => {
                     if problem.place != face {
@@ -314,11 +319,19 @@ impl<'a, 'r, 'f> Builder<'a, 'r, 'f> {
             self.parts.drop_unused();
         }
         let mut brep = Brep::new(self.parts).at(place)?;
+        let (mut notes, number) = (self.notes, |place: usize| self.reader.file.number(place));
+        for (face, &place) in self.face_places.iter().enumerate() {
+            notes.extend(brep.beside_told(face).at(place)?.map(|told| format!("D{}: {told}", number(place))));
+        }
+        if let Some(told) = Flaw::told(&brep.misplaced().at(place)?) {
+            let states = loftsman_kernel::text::short(self.reader.file.global.resolution);
+            notes.push(format!("D{}: {told}; the file states {states}", number(place)));
+        }
         if let Some(map) = self.reader.placed(place)? {
             let points = brep.points().iter().map(|p| super::place::transform_point(&map, p)).collect();
             brep = brep.transformed(points, &map).at(place)?;
         }
-        Ok(Model { brep, problems: self.problems, notes: self.notes })
+        Ok(Model { brep, problems: self.problems, notes })
     }
 }
 

@@ -139,7 +139,11 @@ impl<'a, 'r, 'f> OneFace<'a, 'r, 'f> {
             loops,
             points: Vec::new(),
         });
-        Brep::new(self.parts).at(self.place)
+        let brep = Brep::new(self.parts).at(self.place)?;
+        if let Some(told) = brep.beside_told(0).at(self.place)? {
+            self.reader.change(self.place, &told);
+        }
+        Ok(brep)
     }
 
     /// Says where edges are far from the surface: files that were deformed have such.

@@ -32,10 +32,11 @@ impl From<Tessellated> for Cut {
 }
 
 impl Cut {
-    /// Faces are groups, so that each can be told apart in the mesh.
-    fn of_brep(cut: TessellatedBrep, brep: &Brep) -> Self {
+    /// Faces are groups, so that each can be told apart in the mesh. `scale`: a length of the scene to one here.
+    fn of_brep(cut: TessellatedBrep, brep: &Brep, scale: f64) -> Self {
         let (colors, slots) = cut.colors(brep);
-        let remark = cut.remark(brep);
+        let remarks: Vec<String> = cut.remark(brep).into_iter().chain(cut.excess(scale)).collect();
+        let remark = (!remarks.is_empty()).then(|| remarks.join("; "));
         let TessellatedBrep { mut mesh, faces, tolerance, error, .. } = cut;
         // A colour that is none cannot be written, and the object's stands for it.
         let is_color = |slot: u32| colors[slot as usize].is_some_and(|c| c.iter().all(|x| x.is_finite()));
@@ -63,11 +64,12 @@ fn cut(
     geometry: &Geometry,
     fineness: &Fineness,
     by: &dyn Tessellator,
+    scale: f64,
 ) -> loftsman_kernel::Result<Option<Cut>> {
     Ok(match geometry {
         Geometry::Surface(surface) => Some(by.measured_surface(surface, fineness)?.into()),
         Geometry::Trimmed(trimmed) => Some(by.measured_trimmed(trimmed, fineness)?.into()),
-        Geometry::Brep(brep) => Some(Cut::of_brep(by.measured_brep(brep, fineness)?, brep)),
+        Geometry::Brep(brep) => Some(Cut::of_brep(by.measured_brep(brep, fineness)?, brep, scale)),
         _ => None,
     })
 }
@@ -90,7 +92,7 @@ impl<W: Write> Writer<'_, W> {
             }
             _ if self.surfaces == Surfaces::Exact => Err("only exact surfaces were asked for".to_owned()),
             None => Err(format!("{} needs a tessellator, and none is registered", a(geometry.kind()))),
-            Some(tessellator) => match cut(geometry, fineness, tessellator) {
+            Some(tessellator) => match cut(geometry, fineness, tessellator, 1.0 / self.scale) {
                 Ok(Some(cut)) => Ok(cut),
                 Ok(None) => Err(format!("OBJ has no {}", geometry.kind())),
                 Err(error) => Err(format!("it could not be tessellated: {error}")),

@@ -30,6 +30,14 @@ pub(crate) struct Header {
     pub(crate) writer: String,
 }
 
+/// An entity whose number an earlier one has.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Doubled {
+    pub(crate) number: u64,
+    start: usize,
+    first: usize,
+}
+
 /// A file: its bytes, and where its entities are, by their numbers.
 pub(crate) struct File<'f> {
     bytes: &'f [u8],
@@ -39,8 +47,8 @@ pub(crate) struct File<'f> {
     /// How many bytes may still be parsed.
     left: Cell<u64>,
     pub(crate) header: Header,
-    /// How many entities had a number that was taken.
-    pub(crate) doubled: usize,
+    /// The entities whose number was taken: that, and where they and the one that has it are.
+    pub(crate) doubled: Vec<Doubled>,
 }
 
 impl<'f> File<'f> {
@@ -55,7 +63,14 @@ impl<'f> File<'f> {
             records.sort_by_key(|record| record.number);
         }
         let count = records.len();
-        records.dedup_by_key(|record| record.number);
+        let mut doubled = Vec::new();
+        records.dedup_by(|record, first| {
+            let same = record.number == first.number;
+            if same {
+                doubled.push(Doubled { number: record.number, start: record.start, first: first.start });
+            }
+            same
+        });
         let largest = records.last().map_or(0, |record| record.number);
         let mut table = Vec::new();
         if largest <= 8 * count as u64 + 1024 && u32::try_from(count).is_ok() {
@@ -65,7 +80,7 @@ impl<'f> File<'f> {
             }
         }
         let left = Cell::new(TIMES * bytes.len() as u64 + MORE);
-        Ok(Self { bytes, doubled: count - records.len(), records, table, left, header })
+        Ok(Self { bytes, doubled, records, table, left, header })
     }
 
     /// How many entities there are.
@@ -128,6 +143,14 @@ impl<'f> File<'f> {
                 each(number);
             }
         }
+    }
+
+    /// The type of an entity whose number is taken, its line, and that of the one that has it.
+    pub(crate) fn doubled_lines(&self, doubled: &Doubled) -> (&'f [u8], usize, usize) {
+        let bytes = self.bytes;
+        let mut cursor = Cursor { bytes: &bytes[doubled.start..], at: 0 };
+        let _ = cursor.skip();
+        (cursor.keyword(), self.line(doubled.start), self.line(doubled.first))
     }
 
     /// The line of an entity.

@@ -2,11 +2,10 @@
 
 use std::collections::HashMap;
 
-use loftsman_kernel::brep::{Brep, Edge, Face, Parts, Shell, Solid, SurfaceForm, Use, Vertex};
+use loftsman_kernel::brep::{Brep, Edge, Face, Flaw, Parts, Shell, Solid, SurfaceForm, Use, Vertex};
 use loftsman_kernel::spline::{Curve, Surface};
 use loftsman_kernel::{Point, Vector};
 
-use super::checks;
 use super::entity::{At, Got, Problem, deeper};
 use super::parameters::Origin;
 use super::place::Space;
@@ -91,6 +90,12 @@ impl<'r, 'f> Builder<'r, 'f> {
         match entity.only() {
             b"MANIFOLD_SOLID_BREP" | b"FACETED_BREP" | b"BREP_WITH_VOIDS" => {
                 let mut shells = vec![args.reference(1)?];
+                // Files that were written here have a solid's own name in its shell, as the item has that of the object.
+                let called = if self.space.file.header.system == crate::SYSTEM {
+                    self.space.entity(shells[0])?.args().name(0)
+                } else {
+                    args.name(0)
+                };
                 if entity.only() == b"BREP_WITH_VOIDS" {
                     shells.extend(args.references(2)?);
                 }
@@ -103,7 +108,7 @@ impl<'r, 'f> Builder<'r, 'f> {
                 let whole = before == self.problems.len() && !found.is_empty();
                 let closed = whole && self.parts.shells[found.clone()].iter().all(|s| self.closes(s));
                 if closed {
-                    let name = Some(args.name(0)).filter(|name| !name.is_empty());
+                    let name = Some(called).filter(|name| !name.is_empty());
                     let voids = (first + 1..found.end).collect();
                     self.parts.solids.push(Solid { name, outer: first, voids });
                 } else {
@@ -113,7 +118,12 @@ impl<'r, 'f> Builder<'r, 'f> {
                 Ok(())
             }
             b"SHELL_BASED_SURFACE_MODEL" | b"FACE_BASED_SURFACE_MODEL" => {
-                args.references(1)?.into_iter().try_for_each(|shell| self.shell(shell, false, 0))
+                for shell in args.references(1)? {
+                    if let Err(problem) = self.shell(shell, false, 0) {
+                        self.problems.push(problem);
+                    }
+                }
+                Ok(())
             }
             b"ADVANCED_FACE" | b"FACE_SURFACE" => {
                 let face = self.face(number, false, 0)?;
@@ -225,7 +235,13 @@ impl<'r, 'f> Builder<'r, 'f> {
                 }
                 Ok(())
             }
-            _ => Err(Problem::new(number, format!("{} is no shell that is read", entity.kinds()))),
+            _ => Err(Problem::new(
+                number,
+                format!(
+                    "a shell is needed where it is named, and it is {}: name an OPEN_SHELL or a CLOSED_SHELL",
+                    entity.kinds()
+                ),
+            )),
         }
     }
 
@@ -240,7 +256,15 @@ impl<'r, 'f> Builder<'r, 'f> {
                 return self.face(args.reference(2)?, turned == along, depth);
             }
             b"ADVANCED_FACE" | b"FACE_SURFACE" | b"FACE" => {}
-            _ => return Err(Problem::new(number, format!("{} is no face that is read", entity.kinds()))),
+            _ => {
+                return Err(Problem::new(
+                    number,
+                    format!(
+                        "a face is needed where it is named, and it is {}: name an ADVANCED_FACE or a FACE_SURFACE",
+                        entity.kinds()
+                    ),
+                ));
+            }
         }
         let (mut loops, mut lone) = (Vec::new(), Vec::new());
         for bound in args.references(1)? {
@@ -278,11 +302,6 @@ impl<'r, 'f> Builder<'r, 'f> {
             self.with_parameters((at, surface), turned, &mut loops);
         }
         let covering = sheet.covering(&points, at)?;
-        if let SurfaceForm::Plane { frame } = &covering.form
-            && let Some(told) = checks::beside(frame, &loops, &self.parts.edges).at(number)?
-        {
-            self.notes.push(format!("#{number}: {told}"));
-        }
         let name = Some(args.name(0)).filter(|name| !name.is_empty());
         Ok(Face {
             name,
@@ -491,7 +510,13 @@ impl<'r, 'f> Builder<'r, 'f> {
         let tolerance = self.space.units.tolerance;
         let Self { parts, whole, alone, parameters, problems, mut notes, .. } = self;
         let brep = Brep::new(parts).at(number)?;
-        notes.extend(checks::off(&brep, number, tolerance).at(number)?);
+        for (face, number) in whole.iter().enumerate() {
+            notes.extend(brep.beside_told(face).at(*number)?.map(|told| format!("#{number}: {told}")));
+        }
+        if let Some(told) = Flaw::told(&brep.misplaced().at(number)?) {
+            let states = loftsman_kernel::text::short(tolerance);
+            notes.push(format!("#{number}: {told}; the file states {states}"));
+        }
         Ok(Model { brep, whole, alone, parameters, problems, notes })
     }
 }

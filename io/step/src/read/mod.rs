@@ -1,7 +1,6 @@
 //! The reader: finds the entities, then builds what the products are made of.
 
 mod brep;
-mod checks;
 mod curve;
 mod elementary;
 mod emit;
@@ -44,7 +43,7 @@ pub(crate) fn read(
     let file = File::scan(bytes).map_err(|fault| {
         FormatError::new(Place::Line(crate::part21::line(bytes, fault.at)), fault.problem)
     })?;
-    options.limits.check_entities(file.len() + file.doubled)?;
+    options.limits.check_entities(file.len() + file.doubled.len())?;
     let mut account = Account::new(&file);
     let (sources, styles) = survey(&file, &mut account);
     let mut contexts = Contexts::default();
@@ -56,8 +55,7 @@ pub(crate) fn read(
     account.keep_alone(&styles.read);
     account.keep_alone(&products.read);
     if contexts.silent {
-        account
-            .note("a part of the file says no unit of length: its numbers are taken as they are".to_owned());
+        account.note(contexts.told_silent(&file));
     }
     account.finish(scene)
 }

@@ -128,6 +128,34 @@ impl<'r, 'f> Account<'r, 'f> {
         }
     }
 
+    /// The first entity that names each of some numbers: one pass over the file.
+    fn who_names(&self, numbers: &[u64]) -> Vec<(u64, Option<usize>)> {
+        let mut found: BTreeMap<u64, Option<usize>> = numbers.iter().map(|number| (*number, None)).collect();
+        if !found.is_empty() {
+            for place in 0..self.file.len() {
+                self.file.references(place, |number| {
+                    if let Some(by) = found.get_mut(&number) {
+                        by.get_or_insert(place);
+                    }
+                });
+            }
+        }
+        found.into_iter().collect()
+    }
+
+    /// What is said of a number that no entity has.
+    fn told_missing(&self, number: u64, by: Option<usize>) -> String {
+        match by {
+            Some(place) => {
+                let what = format!(
+                    "#{number} is named, but is not in the file: get the file again, or take the name out"
+                );
+                self.told(self.file.number(place), &what)
+            }
+            None => format!("#{number} is named, but is not in the file"),
+        }
+    }
+
     /// The scene with the report.
     pub(crate) fn finish(mut self, scene: Scene) -> Result<(Scene, ReadReport), FormatError> {
         self.set_aside();
@@ -145,22 +173,28 @@ impl<'r, 'f> Account<'r, 'f> {
         if !said.is_empty() {
             report.notes.push(said.join(", "));
         }
+        report.notes.extend(unknown_schema(&header.schemas));
         if scene.objects().is_empty() {
-            let first = self.at_fault.iter().next().map(|(number, text)| self.told(*number, text));
+            let first = self.at_fault.iter().next().map(|(number, text)| match self.file.place(*number) {
+                Some(_) => self.told(*number, text),
+                None => self.told_missing(*number, self.who_names(&[*number])[0].1),
+            });
+            let strange =
+                unknown_schema(&header.schemas).map(|told| format!(" ({told})")).unwrap_or_default();
             let problem = match first {
-                Some(first) => format!("nothing in it can be read: {first}"),
-                None => {
-                    "there is no geometry in it that is read: no solid, surface, curve or mesh of a product"
-                        .to_owned()
-                }
+                Some(first) => format!("nothing in it can be read: {first}{strange}"),
+                None => format!(
+                    "there is no geometry in it that is read: no solid, surface, curve or mesh of a product{strange}"
+                ),
             };
             return Err(FormatError::whole(problem).as_kind(FormatErrorKind::Unsupported));
         }
-        let missing = self.at_fault.iter().filter(|(number, _)| self.file.place(**number).is_none());
-        for (count, (number, text)) in missing.enumerate() {
-            if count < NOTES {
-                report.notes.push(self.told(*number, text));
-            }
+        let missing: Vec<u64> =
+            self.at_fault.keys().copied().filter(|number| self.file.place(*number).is_none()).collect();
+        let named = self.who_names(&missing[..missing.len().min(NOTES)]);
+        report.notes.extend(named.iter().map(|(number, place)| self.told_missing(*number, *place)));
+        if missing.len() > NOTES {
+            report.notes.push(format!("{} more are named and not in the file", missing.len() - NOTES));
         }
         report.notes.extend(self.notes.iter().cloned());
         if self.unsaid > 0 {
@@ -192,9 +226,55 @@ impl<'r, 'f> Account<'r, 'f> {
                 }
             }
         }
-        report.count_many(Fate::LeftOut, "its number is that of an entity before", self.file.doubled);
+        for doubled in self.file.doubled.iter().take(NAMED) {
+            let (kind, line, first) = self.file.doubled_lines(doubled);
+            let (number, kind) = (doubled.number, clip(&String::from_utf8_lossy(kind)));
+            report.count(
+                Fate::LeftOut,
+                &format!("#{number} ({kind}), line {line}: its number is that of the entity in line {first}, which is kept: give one of them another number"),
+            );
+        }
+        let more = self.file.doubled.len().saturating_sub(NAMED);
+        report.count_many(Fate::LeftOut, "further entities whose numbers are those of entities before", more);
         Ok((scene, report))
     }
+}
+
+/// What schemas of STEP files that hold shapes are called, up to what follows their names: AP203, AP214, AP242, and those that are read as them.
+const SCHEMAS: [&str; 16] = [
+    "CONFIG_CONTROL_DESIGN",
+    "CONFIG_CONTROLLED_3D_DESIGN",
+    "AUTOMOTIVE_DESIGN",
+    "CORE_AUTOMOTIVE_DESIGN",
+    "ASSOCIATIVE_DRAUGHTING",
+    "EXPLICIT_DRAUGHTING",
+    "GEOMETRIC_VALIDATION_PROPERTIES",
+    "SHAPE_APPEARANCE_LAYER",
+    "STRUCTURAL_ANALYSIS",
+    "INTEGRATED_CNC",
+    "AP203",
+    "AP209",
+    "AP210",
+    "AP214",
+    "AP238",
+    "AP242",
+];
+
+/// What is said of a file none of whose schemas is known.
+fn unknown_schema(schemas: &[String]) -> Option<String> {
+    let is_known = |schema: &String| {
+        let schema = schema.to_ascii_uppercase();
+        SCHEMAS.iter().any(|known| schema.starts_with(known))
+    };
+    if schemas.iter().all(|schema| schema.is_empty()) {
+        return Some("the header names no schema: what is in it is read as AP242".to_owned());
+    }
+    (!schemas.iter().any(is_known)).then(|| {
+        format!(
+            "the schema {} is none that is known: what is in it is read as AP242, where it is called as there; export it as AP203, AP214 or AP242",
+            clip(&schemas.join(", "))
+        )
+    })
 }
 
 /// Why an entity of a type is not in the scene, where nothing is wrong with it.

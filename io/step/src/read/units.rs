@@ -25,8 +25,9 @@ pub(crate) struct Contexts {
     known: HashMap<u64, Context>,
     /// The unit of the scene: that of the first context that says one.
     metres: Option<f64>,
-    /// Whether some context says no unit of length.
+    /// Whether some context says no unit of length, and the first that does not.
     pub(crate) silent: bool,
+    unsaid: Option<u64>,
 }
 
 impl Contexts {
@@ -40,7 +41,10 @@ impl Contexts {
                 context
             }
         };
-        self.silent |= context.metres.is_none();
+        if context.metres.is_none() {
+            self.silent = true;
+            self.unsaid.get_or_insert(number);
+        }
         let scale = match (context.metres, self.metres) {
             (Some(own), Some(all)) if own != all => own / all,
             (Some(own), None) => {
@@ -54,6 +58,20 @@ impl Contexts {
         }
         let tolerance = context.uncertainty * scale;
         Ok(Units { scale, angle: context.radians.unwrap_or(1.0), tolerance })
+    }
+
+    /// What is said of a context without a unit of length.
+    pub(crate) fn told_silent(&self, file: &File<'_>) -> String {
+        let known = self.unsaid.and_then(|number| Some((number, file.line_of(file.place(number)?))));
+        let which = known.map_or_else(
+            || "a part of the file".to_owned(),
+            |(number, line)| format!("#{number}, line {line},"),
+        );
+        let taken = match self.metres {
+            Some(_) => "its lengths are taken to be in the unit of the rest",
+            None => "its numbers are taken as they are: name the unit of the input if it has one",
+        };
+        format!("{which} says no unit of length: {taken}")
     }
 
     /// The unit of the scene.

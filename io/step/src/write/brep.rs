@@ -62,7 +62,9 @@ impl Printer {
         for solid in brep.solids() {
             let called = encode(solid.name.as_deref().filter(|_| brep.solids().len() > 1).unwrap_or(name));
             in_solid[solid.outer] = true;
-            let outer = self.put(&format!("CLOSED_SHELL('',{})", of(solid.outer)));
+            // The item has the name of the object, as others show it: the solid's own is that of its shell.
+            let own = encode(solid.name.as_deref().unwrap_or_default());
+            let outer = self.put(&format!("CLOSED_SHELL({own},{})", of(solid.outer)));
             let mut voids = Vec::new();
             for &void in &solid.voids {
                 in_solid[void] = true;

@@ -83,8 +83,9 @@ pub(crate) struct Chain {
     pub(crate) bend: f64,
     /// What faces bend along it at most, in the boxes of chords.
     pub(crate) beside: f64,
-    /// How far the edge was found from its faces.
+    /// How far the edge was found from its faces, and from which of them furthest.
     pub(crate) off: f64,
+    pub(crate) off_face: Option<usize>,
     /// How far from a face it may be, as the file says, in the frame.
     pub(crate) tolerance: f64,
 }
@@ -124,6 +125,7 @@ impl Chain {
             bend: 0.0,
             beside: 0.0,
             off: 0.0,
+            off_face: None,
             tolerance,
         };
         let mut parameters = match &chain.path {
@@ -257,7 +259,8 @@ impl Chain {
     fn insert(&mut self, index: usize, t: f64, sample: Sample) {
         self.parameters.insert(index, t);
         self.points.insert(index, sample.point);
-        for (track, (at, off)) in self.tracks.iter_mut().zip(sample.at.into_iter().zip(sample.off)) {
+        for (k, (at, off)) in sample.at.into_iter().zip(sample.off).enumerate() {
+            let Some(track) = self.tracks.get_mut(k) else { break };
             track.at.insert(index, at);
             track.off.insert(index, off);
             if off > FAR {
@@ -265,7 +268,14 @@ impl Chain {
                 track.at.fill([f64::NAN; 2]);
                 continue;
             }
-            self.off = self.off.max(off);
+            self.is_off(k, off);
+        }
+    }
+
+    /// It was found so far from the face of a track.
+    fn is_off(&mut self, track: usize, off: f64) {
+        if off > self.off {
+            (self.off, self.off_face) = (off, self.tracks.get(track).map(|track| track.face));
         }
     }
 
@@ -404,8 +414,8 @@ impl Chain {
                 self.tracks[k].at.fill([f64::NAN; 2]);
                 continue;
             }
-            self.off = self.off.max(half.off[k]);
-            let mut m = half.at[k];
+            let (off, mut m) = (half.off[k], half.at[k]);
+            self.is_off(k, off);
             for d in 0..2 {
                 if m[d].is_nan() {
                     m[d] = a[d];

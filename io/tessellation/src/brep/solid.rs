@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use loftsman_kernel::brep::{Brep, Edge};
-use loftsman_kernel::plugin::{Chord, Fineness, TessellatedBrep};
+use loftsman_kernel::plugin::{Apart, Chord, Fineness, TessellatedBrep};
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Error, Point, Result, Vector, parallel};
 
@@ -458,12 +458,18 @@ impl<'b> Cut<'b> {
         let present: BTreeSet<usize> = pieces.iter().map(|(face, _)| *face).collect();
         let mut error = pieces.iter().map(|(_, piece)| piece.error).fold(0.0, f64::max);
         let mut edges = vec![Vec::new(); self.brep.edge_count()];
+        let mut furthest: Option<Apart> = None;
         for (number, out) in edges.iter_mut().enumerate() {
             if !self.brep.uses(number).iter().any(|place| present.contains(&place.face)) {
                 continue;
             }
             if let Some(Some(chain)) = self.chains.get(number) {
                 error = error.max(chain.bend + chain.beside + chain.off);
+                if let Some(face) = chain.off_face
+                    && furthest.is_none_or(|known| known.distance < chain.off * self.goal.size)
+                {
+                    furthest = Some(Apart { edge: number, face, distance: chain.off * self.goal.size });
+                }
                 let numbers = self.numbers(number, &starts).into_iter();
                 *out = numbers.filter_map(|k| whole.numbers.get(k as usize).copied().flatten()).collect();
             }
@@ -475,6 +481,7 @@ impl<'b> Cut<'b> {
             left_out,
             tolerance: self.tolerance,
             error: error * self.goal.size,
+            furthest,
         })
     }
 

@@ -432,6 +432,7 @@ impl Brep {
     pub(super) fn follow(&mut self) {
         let Motion::Ready(loose) = &self.motion else { return };
         let loose = Arc::clone(loose);
+        self.known = super::flaws::Known::default();
         for Follower { vertex, row } in &loose.followers {
             let mut way = crate::Vector::zeros();
             for (from, c) in row.iter() {
@@ -446,6 +447,7 @@ impl Brep {
         let Some(loose) = self.loose().map(Arc::clone) else { return Ok(Vec::new()) };
         self.follow();
         self.motion = Motion::None;
+        self.known = super::flaws::Known::default();
         let moved: Vec<usize> = loose
             .faces
             .iter()

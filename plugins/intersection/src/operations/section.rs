@@ -129,14 +129,16 @@ impl Operation for CutBy {
                             told(v.1)
                         ));
                     }
-                    for [u, v] in cut.undecided {
-                        notes.push(format!(
-                            "undecided in the plane through {at} for u from {} to {}, v from {} to {}",
+                    // What is left would be a section with a piece less.
+                    if let Some([u, v]) = cut.undecided.first() {
+                        return Err(Error::Invalid(format!(
+                            "it is undecided whether the plane through {at} meets it for u from {} to {}, v from {} to {}: move the plane or turn it a little",
                             told(u.0),
                             told(u.1),
                             told(v.0),
                             told(v.1)
-                        ));
+                        ))
+                        .into());
                     }
                 }
                 Geometry::Mesh(mesh) => {
