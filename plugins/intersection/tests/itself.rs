@@ -127,7 +127,7 @@ fn a_curve_folded_on_a_straight_line_runs_together_with_itself() {
         let curve = Curve::new(Space::open(degree, knots.to_vec()).unwrap(), points).unwrap();
         let begin = std::time::Instant::now();
         let found = self_intersections(&curve, &Options::default()).unwrap();
-        assert!(begin.elapsed().as_secs() < 20, "{:?}", begin.elapsed());
+        assert!(begin.elapsed().as_secs() < 60, "{:?}", begin.elapsed());
         assert!(found.is_complete() && !found.overlaps.is_empty(), "{found:#?}");
         let length = Vector::from(way).norm();
         let place = |u: f64| curve.point(u).unwrap().coords.dot(&Vector::from(way)) / (length * length);

@@ -397,3 +397,30 @@ fn closed_sections_of_one_surface_have_an_area() {
     assert!(planes[1]["area"].is_null(), "{planes}");
     assert!(!planes.to_string().contains("-0.0") && !report.notes.join(" ").contains("-0,"), "{report:?}");
 }
+
+/// A cap that is thinner than the tolerance, but whose rim is larger than that, is cut off in its circle, and one of nothing touches at its pole.
+#[test]
+fn thin_caps_are_cut_off_or_touched_at_their_poles() {
+    let half =
+        Curve::arc(Point::new(0.0, 0.0, -5.0), Point::origin(), Vector::y(), std::f64::consts::PI).unwrap();
+    let ball = Surface::revolution(&half, Point::origin(), Vector::z(), std::f64::consts::TAU).unwrap();
+    for thick in [1e-3_f64, 1e-5, 1e-6, 1e-7, 3e-8] {
+        let cut =
+            section(&ball, &plane([0.0, 0.0, 5.0 - thick], [0.0, 0.0, 1.0]), &Options::default()).unwrap();
+        assert!(cut.touching.is_empty() && cut.curves.len() == 1, "{thick}: {cut:?}");
+        let rim = (thick * (10.0 - thick)).sqrt();
+        let curve = &cut.curves[0].curve;
+        for t in curve.space().breakpoints() {
+            let p = curve.point(t).unwrap();
+            // The plane is moved by 1e-8, the circle by that over its slope.
+            let apart = (p.x.hypot(p.y) - rim).abs();
+            assert!(apart <= 1e-5 + 2e-7 / rim, "{thick}: {p} {apart}");
+        }
+    }
+    for thick in [1e-9, 0.0, -1e-9] {
+        let cut =
+            section(&ball, &plane([0.0, 0.0, 5.0 - thick], [0.0, 0.0, 1.0]), &Options::default()).unwrap();
+        assert!(cut.curves.is_empty() && cut.touching.len() == 1, "{thick}: {cut:?}");
+        assert!((cut.touching[0] - Point::new(0.0, 0.0, 5.0)).norm() < 1e-12, "{thick}: {cut:?}");
+    }
+}

@@ -124,6 +124,7 @@ fn cut(surface: &Surface, plane: &Plane, options: &Options, sides: Sides) -> Res
     let shift = (0.125 * tolerance).min(least) / frame.size;
     let mut result = Section { tolerance, ..Section::default() };
     let height = touch::Height::new(surface, plane, frame.size)?;
+    let mut sides_of = Vec::new();
     for (sign, main) in [(1.0, true), (-1.0, false)] {
         let mut cells = Cells::new(&pieces, plane.normal(), distance, sign * shift);
         cells.search(CELLS);
@@ -147,6 +148,7 @@ fn cut(surface: &Surface, plane: &Plane, options: &Options, sides: Sides) -> Res
                 || sides == Sides::Both && !is_there(&result.curves, &traced, tolerance)?
             {
                 result.curves.push(traced);
+                sides_of.push(main);
             }
         }
         if main {
@@ -157,7 +159,7 @@ fn cut(surface: &Surface, plane: &Plane, options: &Options, sides: Sides) -> Res
     if sides == Sides::Both {
         let off = 4.0 * shift * frame.size;
         let strip = Strip { surface, plane, height: &height, tolerance, width: STRIP * frame.size, off };
-        touched(&mut result, &strip)?;
+        touched(&mut result, sides_of, &strip)?;
         result.area = area(&result, plane)?;
     }
     Ok(result)
@@ -198,8 +200,9 @@ struct Strip<'a> {
     off: f64,
 }
 
-/// Takes away pairs of branches between which the surface only touches the plane, and leaves a point of each.
-fn touched(section: &mut Section, strip: &Strip<'_>) -> Result<()> {
+/// Takes away pairs of branches between which the surface only touches the plane, and leaves a point of each: both are where the plane was moved to one side.
+/// Those where it was moved to either side are one branch, at which the surface leaves the plane at a small angle.
+fn touched(section: &mut Section, mut sides: Vec<bool>, strip: &Strip<'_>) -> Result<()> {
     let mut k = 0;
     while k < section.curves.len() {
         let mut found = None;
@@ -212,8 +215,11 @@ fn touched(section: &mut Section, strip: &Strip<'_>) -> Result<()> {
         match found {
             Some((other, point)) => {
                 section.curves.remove(other);
-                section.curves.remove(k);
-                section.touching.push(point);
+                if sides.remove(other) == sides[k] {
+                    section.curves.remove(k);
+                    sides.remove(k);
+                    section.touching.push(point);
+                }
             }
             None => k += 1,
         }
