@@ -78,7 +78,7 @@ fn redundant_rows_of_smoothness_make_up_the_rank_that_is_missing() {
         let report = solved.report();
         assert!(report.rank < report.equations, "{report}");
         assert_eq!(report.rank + report.smooth.redundant, report.equations, "{report}");
-        assert!(report.to_string().contains("of which follow from the others"), "{report}");
+        assert!(report.to_string().contains("of which say again what the others say"), "{report}");
     }
 }
 

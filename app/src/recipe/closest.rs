@@ -171,7 +171,7 @@ impl Resolving<'_> {
         let [x, y, z] = [point.x, point.y, point.z];
         let told = text_of(&value);
         let [x, y, z] = [x, y, z].map(|c| Figure(c + 0.0));
-        let mut note = format!("{path} = {told} on \"{name}\": the nearest place to ({x} {y} {z}), ");
+        let mut note = format!("{path} = {told} on \"{name}\": the nearest place to ({x}, {y}, {z}), ");
         // The distance itself is only as good as the numbers that it is a difference of.
         let size = geometry.points().iter().fold(point.coords.amax(), |most, p| most.max(p.coords.amax()));
         note += &if distance <= 16.0 * f64::EPSILON * size {
@@ -189,7 +189,7 @@ impl Resolving<'_> {
         let field = path.rsplit('.').next().unwrap_or(path).split('[').next().unwrap_or(path);
         if STARTS.contains(&field) && distance > extent {
             let problem = format!(
-                "the nearest place of \"{name}\" is {} away from ({x} {y} {z}), farther than all of it is large ({}): give a point near to it, or a parameter",
+                "the nearest place of \"{name}\" is {} away from ({x}, {y}, {z}), farther than all of it is large ({}): give a point near to it, or a parameter",
                 figure(distance),
                 figure(extent)
             );

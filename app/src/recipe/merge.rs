@@ -6,7 +6,7 @@ use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters, StepReport,
 };
 use loftsman_kernel::scene::Scene;
-use serde_json::Value;
+use serde_json::{Map, Value, json};
 
 use super::inputs::embed_pictures;
 use crate::convert::Conversion;
@@ -58,6 +58,7 @@ impl Operation for Merge {
         )?)?;
         let mut merged = scene.clone();
         let mut notes = Vec::new();
+        let mut files_told = Vec::with_capacity(files.len());
         for (number, file) in files.iter().enumerate() {
             context.observer.proceed("files", number as u64, files.len() as u64)?;
             let place = if files.len() == 1 { "file".to_owned() } else { format!("file[{number}]") };
@@ -84,9 +85,18 @@ impl Operation for Merge {
             notes.extend(embed_pictures(&mut other, &input, None).map_err(refused)?);
             let told = merged.merge(&other).map_err(|e| p.error(&place, e.to_string()))?;
             notes.extend(told.notes());
+            let renamed = told.objects.iter().map(|(old, new)| (old.clone(), json!(new)));
+            files_told.push(json!({
+                "file": name,
+                "format": format.name,
+                "objects": count,
+                "renamed": renamed.collect::<Map<String, Value>>(),
+                "left_out": report.left_out.values().sum::<usize>(),
+            }));
         }
         *scene = merged;
-        Ok(StepReport { op: "merge".into(), notes, ..StepReport::default() })
+        let numbers = [("files".to_owned(), files_told.into())].into_iter().collect();
+        Ok(StepReport { op: "merge".into(), notes, numbers, ..StepReport::default() })
     }
 }
 

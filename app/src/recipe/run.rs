@@ -388,8 +388,12 @@ fn step_error(
     let mut located = match &error {
         OperationError::Parameter(e) => RecipeError::at(&recipe.name, &e.path, &e.problem),
         other => {
-            let object = parameters.text("object").map(|o| format!(" of \"{o}\"")).unwrap_or_default();
-            RecipeError::at(&recipe.name, format!("step[{number}]"), format!("{op}{object}: {other}"))
+            let problem = other.to_string();
+            // What begins with the object's name needs no second one.
+            let named = |object: &&str| problem.starts_with(&format!("\"{object}\": "));
+            let object = parameters.text("object").ok().filter(|object| !named(object));
+            let object = object.map(|object| format!(" of \"{object}\"")).unwrap_or_default();
+            RecipeError::at(&recipe.name, format!("step[{number}]"), format!("{op}{object}: {problem}"))
         }
     };
     located.cause = Some(error);

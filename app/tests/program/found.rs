@@ -148,6 +148,30 @@ fn curves_as_blender_writes_them_are_read_and_what_was_mended_is_said() {
         ),
     );
     assert!(bench.done(&["info", "beyond.obj"]).contains("clipped"));
+    // What is left of a uniform cubic: where its knots define it, (1, 4, 1) / 6 of three vertices at each of them.
+    let read = |name: &str| loftsman::read_scene(bench.path(name)).unwrap();
+    let scene = read("beyond.obj");
+    let loftsman::kernel::scene::Geometry::Curve(curve) = scene.objects()[0].geometry() else {
+        unreachable!()
+    };
+    assert_eq!(curve.domain(), (0.375, 0.625));
+    let points = [[0.0, 0.0], [1.0, 2.0], [3.0, 1.0], [4.0, 0.0], [5.0, 2.0]];
+    for (k, t) in [0.375, 0.5, 0.625].into_iter().enumerate() {
+        let found = curve.point(t).unwrap();
+        for axis in 0..2 {
+            let wanted = (points[k][axis] + 4.0 * points[k + 1][axis] + points[k + 2][axis]) / 6.0;
+            assert!((found[axis] - wanted).abs() < 1e-15, "{t}: {found}");
+        }
+    }
+    // Of the knots of degree 1, the last is too many: vertices at 0, 0.25, 0.5 and 0.75.
+    let scene = read("extra.obj");
+    let loftsman::kernel::scene::Geometry::Curve(curve) = scene.objects()[0].geometry() else {
+        unreachable!()
+    };
+    assert_eq!(curve.domain(), (0.0, 0.75));
+    for (t, [x, y]) in [(0.0, [0.0, 0.0]), (0.25, [1.0, 2.0]), (0.5, [3.0, 1.0]), (0.75, [4.0, 0.0])] {
+        assert_eq!((curve.point(t).unwrap().x, curve.point(t).unwrap().y), (x, y), "{t}");
+    }
     let extra = bench.done(&["info", "extra.obj"]);
     assert!(extra.contains("clipped") && extra.contains("dropped"), "{extra}");
 }

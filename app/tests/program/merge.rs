@@ -33,6 +33,9 @@ fn files_join_the_scene_as_it_is_at_their_step() {
         notes.contains("the object \\\"beam\\\" is \\\"beam.001\\\" here: its name was taken"),
         "{notes}"
     );
+    let files = &report["steps"][2]["numbers"]["files"];
+    let beam = json!({ "file": "beam.loft.json", "format": "loft", "objects": 1, "renamed": { "beam": "beam.001" }, "left_out": 0 });
+    assert_eq!((&files[0], &files[1]["objects"]), (&beam, &json!(1)), "{files}");
     let info = bench.json(&["info", "all.loft.json"]);
     let objects = info["objects"].as_array().unwrap();
     let of = |name: &str, what: &str| objects.iter().find(|o| o["name"] == name).unwrap()[what].clone();

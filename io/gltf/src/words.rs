@@ -13,9 +13,12 @@ pub(crate) const DATA: &str = "gltf extras";
 pub(crate) const MESH_DATA: &str = "gltf mesh extras";
 pub(crate) const MESH_NAME: &str = "gltf mesh name";
 
-/// What an object is called whose node has no name; and that a node's primitive, or what stands for it, has no material.
+/// What an object is called whose node has no name, or a material that has none; and that a node's primitive, or what stands for it, has no material.
 pub(crate) const UNNAMED: &str = "gltf unnamed";
 pub(crate) const MATERIAL: &str = "gltf material";
+
+/// What a picture is called that has no name: of the whole document.
+pub(crate) const UNNAMED_IMAGE: &str = "gltf unnamed image";
 
 /// What [`MATERIAL`] says.
 pub(crate) const NONE: &str = "none";

@@ -139,3 +139,52 @@ fn what_is_not_styled_gets_no_material() {
     assert!(second.materials.is_empty() && second.object("colored").unwrap().materials.is_empty());
     assert_eq!(file.bytes, write(&second).bytes);
 }
+
+/// Materials and embedded pictures without names stay without; who renames one finds the name in the file. A name that reads as JSON is still one.
+#[test]
+fn unnamed_materials_and_pictures_stay_unnamed() {
+    let pixel = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";
+    let mut root = json_of(&bare());
+    root["materials"] = json!([
+        { "pbrMetallicRoughness": { "baseColorFactor": [1, 0, 0, 1], "baseColorTexture": { "index": 0 } } },
+        { "name": "7", "pbrMetallicRoughness": { "baseColorTexture": { "index": 1 } } },
+    ]);
+    root["images"] = json!([{ "uri": pixel }, { "uri": pixel, "name": "dot" }]);
+    root["textures"] = json!([{ "source": 0 }, { "source": 1 }]);
+    root["meshes"][0]["primitives"][0]["material"] = json!(1);
+    let uvs = json!({ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC2" });
+    root["accessors"].as_array_mut().unwrap().push(uvs);
+    for mesh in 0..2 {
+        root["meshes"][mesh]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(1);
+    }
+    let mut file = Memory::new("b.gltf", root.to_string());
+    file.siblings = bare().siblings;
+    let scene = read(&file);
+    let first = write(&scene);
+    let named = |file: &Memory, list: &str| -> Vec<Value> {
+        json_of(file)[list].as_array().unwrap().iter().map(|one| one["name"].clone()).collect()
+    };
+    let sorted = |mut names: Vec<Value>| {
+        names.sort_by_key(Value::to_string);
+        names
+    };
+    assert_eq!(sorted(named(&first, "materials")), [json!("7"), Value::Null]);
+    assert_eq!(sorted(named(&first, "images")), [json!("dot"), Value::Null]);
+    assert!(json_of(&first)["materials"].as_array().unwrap().iter().all(|m| m.get("extensions").is_none()));
+    assert_eq!(first.bytes, write(&read(&first)).bytes);
+}
+
+/// Numbers that single precision holds are not rounded, and nothing is said of that; of others how much.
+#[test]
+fn rounding_is_told_where_there_is_some() {
+    let told = |x: f64| {
+        let mut scene = Scene::default();
+        let points = vec![Point::origin(), Point::new(x, 0.0, 0.0), Point::new(0.0, 1.0, 0.25)];
+        scene.add(Object::new("m", Mesh::new(points, &[[0, 1, 2]]).unwrap().into())).unwrap();
+        let report = Gltf.write(&scene, &mut Memory::new("c.gltf", ""), &WriteOptions::default()).unwrap();
+        report.notes.into_iter().find(|note| note.contains("single precision"))
+    };
+    assert_eq!(told(1.0), None);
+    let rounded = told(0.1).unwrap();
+    assert!(rounded.contains("1.5e-9 m"), "{rounded}");
+}

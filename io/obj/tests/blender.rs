@@ -196,3 +196,66 @@ fn curves_of_blender_4_5() {
 fn curves_of_blender_5_0() {
     check(include_str!("golden/blender-5.0.json"), "5.0.1", of_5_0);
 }
+
+/// A file of so many hairs as Blender 4.4 writes each: a uniform cubic without end points over the whole range of its knots, its vertices numbered back to
+/// front.
+fn hair(count: usize) -> (String, Vec<Vec<[f64; 3]>>) {
+    use std::fmt::Write;
+    let (mut text, mut hairs) = (String::from("# Blender 4.4.0\n# www.blender.org\n"), Vec::new());
+    for k in 0..count {
+        let points: Vec<[f64; 3]> = (0..5 + k % 4)
+            .map(|j| {
+                let (turn, up) = (0.7 * k as f64, j as f64);
+                [turn.cos() * (1.0 + 0.1 * up), turn.sin() * (1.0 + 0.05 * up * up), 0.3 * up]
+            })
+            .map(|p| p.map(|x: f64| (x * 1e6).round() / 1e6))
+            .collect();
+        for [x, y, z] in &points {
+            writeln!(text, "v {x:.6} {y:.6} {z:.6}").unwrap();
+        }
+        let numbers = |list: Vec<String>| list.join(" ");
+        let knots = points.len() + 4;
+        writeln!(
+            text,
+            "g hair_{k}\ncstype bspline\ndeg 3\ncurv 0.0 1.0 {}\nparm u {}\nend",
+            numbers((1..=points.len()).map(|j| format!("-{j}")).collect()),
+            numbers((0..knots).map(|j| format!("{:.6}", j as f64 / (knots - 1) as f64)).collect())
+        )
+        .unwrap();
+        hairs.push(points.into_iter().rev().collect());
+    }
+    (text, hairs)
+}
+
+/// All hairs are read, each with its points, and run where the uniform cubics of their points do; four times as many take about four times as long.
+#[test]
+fn a_thousand_hairs_are_read_whole() {
+    let read = |count: usize| {
+        let (text, hairs) = hair(count);
+        let file = Memory::new("hair.obj", text);
+        let begin = std::time::Instant::now();
+        let (scene, report) = Obj.read(&file, &ReadOptions::default()).unwrap();
+        let took = begin.elapsed().as_secs_f64();
+        assert!(report.adds_up() && report.left_out.is_empty(), "{report:?}");
+        assert_eq!(scene.objects().len(), count);
+        for (object, points) in scene.objects().iter().zip(&hairs) {
+            let Geometry::Curve(curve) = object.geometry() else { panic!("{}", object.name()) };
+            let (a, b) = curve.domain();
+            let spans = points.len() - 3;
+            for span in 0..spans {
+                // At the start of each span (1, 4, 1) / 6; in its middle (1, 23, 23, 1) / 48.
+                for (x, parts) in [(0.0, [8.0, 32.0, 8.0, 0.0]), (0.5, [1.0, 23.0, 23.0, 1.0])] {
+                    let found = curve.point(a + (b - a) * (span as f64 + x) / spans as f64).unwrap();
+                    for axis in 0..3 {
+                        let wanted: f64 = (0..4).map(|j| parts[j] * points[span + j][axis] / 48.0).sum();
+                        assert!((found[axis] - wanted).abs() < 2e-5, "{} {span}", object.name());
+                    }
+                }
+            }
+        }
+        took
+    };
+    let once = read(1000).min(read(1000));
+    let more = read(4000).min(read(4000));
+    assert!(more < 12.0 * once + 0.05, "{once} s, {more} s");
+}

@@ -105,7 +105,7 @@ impl fmt::Display for Smoothness {
         write!(f, " ({}", counted(self.equations, "equation"))?;
         match self.redundant {
             0 => f.write_str(")"),
-            redundant => write!(f, ", {redundant} of which follow from the others)"),
+            redundant => write!(f, ", {redundant} of which say again what the others say)"),
         }
     }
 }

@@ -125,7 +125,7 @@ impl Solution {
     }
 }
 
-/// The names of constraints of which others imply some rows, and how many equations of what is kept smooth they imply.
+/// The names of constraints that were asked for of which others imply some rows, and how many equations of what is kept smooth they imply.
 pub(crate) fn redundant(
     bound: &[BoundConstraint],
     assembly: &Assembly,
@@ -142,13 +142,13 @@ pub(crate) fn redundant(
             smooth += lost * sides;
             continue;
         }
+        // What stands still beside what was asked, and follows from that, nobody asked for.
+        if bound[k].constraint.companion.is_some() {
+            continue;
+        }
         let rows = assembly.slots(k).len() / sides;
         let name = bound[k].constraint.describe();
-        names.push(if lost < rows {
-            format!("{name} ({lost} of the {rows} numbers that it fixes)")
-        } else {
-            name
-        });
+        names.push(if lost < rows { format!("{name} ({lost} of its {rows} equations)") } else { name });
     }
     (names, smooth)
 }

@@ -112,7 +112,7 @@ pub(crate) fn curve_through(line: &Polyline) -> Result<Curve> {
     if count < needed {
         let closed = if line.closed { " closed" } else { "" };
         return Err(Error::Invalid(format!(
-            "a{closed} polyline has {needed} points at least, here are {count}"
+            "a{closed} polyline needs {needed} points at least, and has {count}"
         )));
     }
     let space = if line.closed {

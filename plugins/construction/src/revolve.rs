@@ -14,6 +14,9 @@ use crate::fields::{NAME, direction, free_name, like, made, named, point_or_orig
 /// What lies nearer to the axis than this part of the curve's size is on it, to rounding.
 const ON_AXIS: f64 = 1e-14;
 
+/// The sine of an angle that is rounding of a direction.
+const ALONG: f64 = 1e-9;
+
 /// The operation `revolve`: [`Surface::revolution`].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Revolve;
@@ -60,6 +63,12 @@ impl Operation for Revolve {
             let problem = format!("\"{source}\" lies on the axis: move the axis, or the curve");
             return Err(p.error("axis", problem).into());
         }
+        if along_circles(curve, point, axis)? {
+            let problem = format!(
+                "\"{source}\" runs along its own circle about the axis, so that the surface would have no area: move the axis, or the curve"
+            );
+            return Err(p.error("axis", problem).into());
+        }
         let mut surface = Surface::revolution(curve, point, axis, sweep).map_err(named(&source))?;
         if p.flag("periodic")? {
             if sweep.abs() < std::f64::consts::TAU {
@@ -92,6 +101,22 @@ fn on_axis(curve: &Curve, point: Point, axis: Vector) -> bool {
         let arm = p - point;
         (arm - direction * direction.dot(&arm)).amax() <= ON_AXIS * size
     })
+}
+
+/// Whether a curve runs along circles about an axis everywhere, to rounding: of a piece of degree `p` at more places than it can do so without doing so all along.
+fn along_circles(curve: &Curve, point: Point, axis: Vector) -> Result<bool, OperationError> {
+    let direction = (axis / axis.amax()).normalize();
+    let places = 4 * curve.degree() + 1;
+    for span in curve.space().breakpoints().windows(2) {
+        for k in 0..places {
+            let u = span[0] + (span[1] - span[0]) * (k as f64 + 0.5) / places as f64;
+            let (way, round) = (curve.derivative(u, 1)?, direction.cross(&(curve.point(u)? - point)));
+            if way.cross(&round).norm() > ALONG * way.norm() * round.norm() {
+                return Ok(false);
+            }
+        }
+    }
+    Ok(true)
 }
 
 /// No other shapes.

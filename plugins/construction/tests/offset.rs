@@ -408,3 +408,49 @@ fn offsets_of_degree_25_end_soon() {
         assert!(start.elapsed().as_secs() < 2, "{:?}", start.elapsed());
     }
 }
+
+/// A rough closed curve of degree 6 whose largest circle inside has the radius 0.7431180 (scipy), moved by a little more than that: nothing is left, and it is
+/// told in seconds up to where something is.
+#[test]
+fn where_nothing_is_left_is_found_out_early() {
+    let knots = [
+        0.0,
+        0.08764710588078273,
+        0.39651097633768684,
+        0.7398949576592402,
+        0.8020908156552385,
+        0.8020908156552385,
+        0.8020908156552385,
+        1.0,
+    ];
+    let points = [
+        [1.0706733527040622, 0.0],
+        [0.6504394789158428, 0.8156253086104632],
+        [-0.26534916377697604, 1.162570647357914],
+        [-0.7638688482865978, 0.3678598494325644],
+        [-1.0363973836800073, -0.49910267497881944],
+        [-0.2180568748273459, -0.9553695912226097],
+        [0.6323166994651799, -0.7929000619711237],
+    ];
+    let weights = [
+        1.4915462811771398,
+        0.6669438414557046,
+        1.4390342602784671,
+        1.049942881537484,
+        1.2806201589358062,
+        1.0192020337370213,
+        0.9938409344049826,
+    ];
+    let space = Space::periodic(6, knots.to_vec()).unwrap();
+    let points = points.map(|[x, y]| Point::new(x, y, 0.0)).to_vec();
+    let curve = Curve::rational(space, points, weights.to_vec()).unwrap();
+    let options = OffsetOptions { corners: Corners::Sharp, ..OffsetOptions::default() };
+    let begin = std::time::Instant::now();
+    let refused = offset(&curve, -0.807273313272774, &options).unwrap_err().to_string();
+    let took = begin.elapsed().as_secs_f64();
+    assert!(took < 15.0, "{took} s: {refused}");
+    assert!(
+        refused.contains("nothing of the curve is 0.807") && refused.contains("about 0.743"),
+        "{took} s: {refused}"
+    );
+}

@@ -49,8 +49,8 @@ fn wrong_fields_are_told() {
     let cases = [
         ("line", json!({ "from": [1, 2, 3], "to": [1, 2, 3] }), "to: is where the line starts"),
         ("line", json!({ "from": [0, 0, 0], "to": [1, 0, 0], "name": "ring" }), "\"ring\" is taken or empty"),
-        ("polyline", json!({ "points": [[0, 0, 0]] }), "a polyline has 2 points at least, here are 1"),
-        ("polyline", json!({ "points": [[0, 0, 0], [1, 0, 0]], "closed": true }), "has 3 points at least"),
+        ("polyline", json!({ "points": [[0, 0, 0]] }), "a polyline needs 2 points at least, and has 1"),
+        ("polyline", json!({ "points": [[0, 0, 0], [1, 0, 0]], "closed": true }), "needs 3 points at least"),
         ("circle", json!({ "radius": 0 }), "0 is no length: give a number above 0"),
         ("circle", json!({ "radius": 1, "normal": [0, 0, 0] }), "normal: [0, 0, 0] has no direction"),
         ("arc", json!({ "from": [1, 0, 0], "degrees": 400 }), "400 degrees cannot be turned"),
@@ -69,6 +69,11 @@ fn wrong_fields_are_told() {
             "an arc has ends",
         ),
         ("revolve", json!({ "object": "line" }), "\"line\" lies on the axis"),
+        (
+            "revolve",
+            json!({ "object": "ring", "point": [3, 0, 0], "axis": [0, -2, 0] }),
+            "\"ring\" runs along its own circle about the axis",
+        ),
         (
             "revolve",
             json!({ "object": "ring", "degrees": 90, "periodic": true }),
@@ -174,7 +179,7 @@ fn reports_say_what_was_measured() {
     );
     let pipe =
         run(&mut scene, "sweep", json!({ "object": "ring", "path": "helix", "name": "pipe" })).unwrap();
-    assert!(pipe.notes.iter().any(|n| n.contains("from the sweep at most, measured")), "{pipe:?}");
+    assert!(pipe.notes.iter().any(|n| n.contains("from where it should be at most, measured")), "{pipe:?}");
     let shifted =
         run(&mut scene, "sweep", json!({ "object": "ring", "path": "torn", "frame": "parallel" })).unwrap();
     assert!(shifted.notes.contains(&"exact".to_owned()), "{shifted:?}");

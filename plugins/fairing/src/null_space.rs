@@ -147,10 +147,10 @@ pub(crate) fn notes(shape: &dyn Shape, squares: &Squares, ways: usize, kept: &[S
     let breaks = breaks(shape, squares.order(), kept);
     if ways > 0 {
         let what = if breaks.is_some() { "the shape or its parts" } else { "the whole shape" };
-        let ways = if ways == 1 { "1 way".to_owned() } else { format!("{ways} ways") };
+        let ways = if ways == 1 { "1 number".to_owned() } else { format!("{ways} numbers") };
         notes.push(format!(
-            "nothing says where {what} should be in {ways} (shifted or stretched evenly it is as fair): there it stays as near to \
-             where it was as the constraints let it"
+            "{what} could be shifted or stretched evenly and be as fair ({ways} free): it stays as near to where it was as the constraints \
+             let it"
         ));
     }
     notes.extend(breaks);

@@ -1,7 +1,8 @@
 //! How two shapes meet at a place: by their derivatives on both sides of it, which differ at knots.
 //!
-//! From a place a curve goes out in two rays, forwards and backwards; at its ends in one. Two shapes touch where a ray runs along the
-//! other shape, and where both rays leave it to the same side, as at a corner; else they cross.
+//! From a place a curve goes out in two rays, forwards and backwards; at its ends in one. Two shapes touch where both rays leave the other shape to the
+//! same side, as at a corner; else they cross. Where a ray runs along the other shape, the sides are those to which the curve has gone where it is away
+//! by some tolerances.
 
 use loftsman_kernel::shape::{Derivative, Location, Shape, Side, Sides};
 use loftsman_kernel::spline::{Curve, Space, Surface};
@@ -17,6 +18,12 @@ const STEPS: usize = 8;
 const NEAR: f64 = 1e-3;
 /// Angles that are rounding of derivatives.
 const LEVEL: f64 = 1e-9;
+/// So many tolerances away from what it ran along a curve is on a side of it.
+const AWAY: f64 = 8.0;
+/// Sides are opposite whose cosine is this near to -1.
+const OPPOSITE: f64 = 0.1;
+/// Halvings of a span on the way to where that is.
+const HALVINGS: i32 = 40;
 /// How far directions may be out of a plane that are in it.
 const FLAT: f64 = 1e-7;
 
@@ -132,14 +139,30 @@ impl Judge {
     }
 
     /// How two curves meet.
-    fn curves(&self, a: &Curve, s: f64, b: &Curve, t: f64) -> Result<Contact> {
-        let (a, b) = (self.rays(a, s)?, self.rays(b, t)?);
+    fn curves(&self, curve: &Curve, s: f64, with: &Curve, t: f64) -> Result<Contact> {
+        let (a, b) = (self.rays(curve, s)?, self.rays(with, t)?);
         for p in &a {
             for q in &b {
                 let bend = p.bend - q.bend;
                 let across = bend - p.way * bend.dot(&p.way);
                 if p.way.dot(&q.way) > 0.0 && self.along(p.way.cross(&q.way).norm(), across.norm()) {
-                    return Ok(Contact::Touching);
+                    if std::ptr::eq(curve, with) || b.len() < 2 {
+                        return Ok(Contact::Touching);
+                    }
+                    return self.passing(curve, s, &|s| {
+                        let point = curve.point(s)?;
+                        let foot = with.closest(point)?;
+                        // The side is square to the plane of what is passed and the way to it, which at a corner is not square to both of its ways.
+                        let mut side = Vector::zeros();
+                        for (way, sign) in [(Side::Left, -1.0), (Side::Right, 1.0)] {
+                            let Some(ray) = ray(with, foot.at, way)? else { continue };
+                            let across = ray.way.cross(&(point - foot.point)) * sign;
+                            if across.norm() > side.norm() {
+                                side = across;
+                            }
+                        }
+                        Ok(Some(side).filter(|side| side.norm() >= 0.5 * foot.distance))
+                    });
                 }
             }
         }
@@ -167,7 +190,10 @@ impl Judge {
         let rays = self.rays(curve, at)?;
         let normal = plane.normal();
         let sides = rays.iter().map(|ray| (ray.way.dot(&normal), ray.bend.dot(&normal)));
-        Ok(self.sides(sides))
+        if let Some(contact) = self.sides(sides) {
+            return Ok(contact);
+        }
+        self.passing(curve, at, &|s| Ok(Some(normal * plane.distance(&curve.point(s)?))))
     }
 
     /// How a curve meets a surface.
@@ -181,17 +207,95 @@ impl Judge {
             let Some(side) = beside(surface, place, &ray)? else { return Ok(Contact::Touching) };
             sides.push(side);
         }
-        Ok(self.sides(sides.into_iter()))
+        if let Some(contact) = self.sides(sides.into_iter()) {
+            return Ok(contact);
+        }
+        self.passing(curve, at, &|s| {
+            let point = curve.point(s)?;
+            let foot = surface.closest(point)?;
+            let (u, v) = foot.at;
+            let across = surface.derivative(u, v, 1, 0)?.cross(&surface.derivative(u, v, 0, 1)?);
+            let Some(across) = across.try_normalize(0.0) else { return Ok(None) };
+            // Beyond an edge there is no side.
+            let height = (point - foot.point).dot(&across);
+            Ok((height.abs() >= 0.5 * foot.distance).then(|| Vector::z() * height))
+        })
     }
 
-    /// From the heights at which rays leave, and how they bend away.
-    fn sides(&self, mut sides: impl Iterator<Item = (f64, f64)> + Clone) -> Contact {
+    /// From the heights at which rays leave, and how they bend away. `None` where one of them runs along.
+    fn sides(&self, mut sides: impl Iterator<Item = (f64, f64)> + Clone) -> Option<Contact> {
         if sides.clone().any(|(sine, bend)| self.along(sine, bend)) {
-            return Contact::Touching;
+            return None;
         }
         let (first, second) = (sides.next(), sides.next());
         let same = first.zip(second).is_some_and(|(a, b)| (a.0 > 0.0) == (b.0 > 0.0));
-        if same || first.is_none() { Contact::Touching } else { Contact::Crossing }
+        Some(if same || first.is_none() { Contact::Touching } else { Contact::Crossing })
+    }
+
+    /// What a curve does that runs along something at a place: it crosses where it has come from one side and goes to the other. `side` says to which side it is
+    /// at a parameter, by a vector as long as it is away; `None` where there are no sides.
+    fn passing(
+        &self,
+        curve: &Curve,
+        at: f64,
+        side: &dyn Fn(f64) -> Result<Option<Vector>>,
+    ) -> Result<Contact> {
+        let (before, after) = (self.leaves(curve, at, -1.0, side)?, self.leaves(curve, at, 1.0, side)?);
+        // Curves that are in no common plane there have no sides.
+        let crosses = before.zip(after).is_some_and(|(a, b)| a.dot(&b) < -1.0 + OPPOSITE);
+        Ok(if crosses { Contact::Crossing } else { Contact::Touching })
+    }
+
+    /// The side, of length 1, on which a curve is where it is away from something by some tolerances, going forwards or backwards from a place as far as to the next
+    /// knot; `None` where it does not come so far.
+    fn leaves(
+        &self,
+        curve: &Curve,
+        at: f64,
+        way: f64,
+        side: &dyn Fn(f64) -> Result<Option<Vector>>,
+    ) -> Result<Option<Vector>> {
+        let (start, end) = curve.domain();
+        let at = self.knot(curve.space(), at, |knot| Ok((curve.point(knot)? - curve.point(at)?).norm()))?;
+        let place = curve.point(at)?;
+        let closed =
+            curve.is_periodic() || (curve.point(start)? - curve.point(end)?).norm() <= self.tolerance;
+        let from = match (closed, way < 0.0) {
+            (true, true) if at <= start => end,
+            (true, false) if at >= end => start,
+            _ => at,
+        };
+        // As far as the next knot that is another place: where a curve touches, the place is known to the root of the tolerance only.
+        let (low, high) = curve.hull_bounds();
+        let apart = NEAR * (high - low).norm();
+        let breaks = curve.space().breakpoints();
+        let ahead: Vec<f64> = if way < 0.0 {
+            breaks.iter().rev().copied().filter(|knot| *knot < from).collect()
+        } else {
+            breaks.iter().copied().filter(|knot| *knot > from).collect()
+        };
+        let mut room = None;
+        for knot in ahead {
+            room = Some(knot - from);
+            if (curve.point(knot)? - place).norm() > apart {
+                break;
+            }
+        }
+        let Some(room) = room else { return Ok(None) };
+        let enough = AWAY * self.tolerance;
+        for k in (0..=HALVINGS).rev() {
+            let s = if k == 0 { from + room } else { from + room * 0.5_f64.powi(k) };
+            let s = s.clamp(start, end);
+            if (curve.point(s)? - place).norm() <= enough {
+                continue;
+            }
+            if let Some(side) = side(s)?
+                && side.norm() > enough
+            {
+                return Ok(side.try_normalize(0.0));
+            }
+        }
+        Ok(None)
     }
 
     /// The knot that a parameter is at, as far as the tolerance tells, or the parameter.

@@ -20,11 +20,11 @@ impl Options {
 /// How two shapes meet at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Contact {
-    /// They pass through one another: their directions differ on both sides of the place, which at a knot may be other ones. Where one of them ends
-    /// on the other, they differ.
+    /// They pass through one another: the curve comes from one side and goes to the other, at an angle or running along it there, or their
+    /// directions differ. Where one of them ends on the other, these differ.
     Crossing,
     /// They run along one another there, as far as the tolerance tells (a touching, or crossings too near to tell apart), or one has a
-    /// corner there that stays on one side of the other.
+    /// corner there, and the curve stays on one side of the other.
     Touching,
 }
 

@@ -44,7 +44,7 @@ pub fn self_intersections(curve: &Curve, options: &Options) -> Result<Intersecti
     let last = pieces.pieces.len() - 1;
     let passes = |i: usize, j: usize| {
         let [a, b] = [&pieces.pieces[i], &pieces.pieces[j]];
-        j == i + 1 && forwards(a, b) || closed && i == 0 && j == last && forwards(b, a)
+        j == i + 1 && forwards(a, b, inner) || closed && i == 0 && j == last && forwards(b, a, inner)
     };
     let mut search = Search::itself(&pieces, &passes, inner);
     let mut kept: Vec<Found> = Vec::new();
@@ -69,9 +69,11 @@ fn straightened(pieces: Pieces, tolerance: f64) -> Pieces {
     for piece in pieces.pieces {
         let mut open = vec![(piece, 0)];
         while let Some((piece, depth)) = open.pop() {
-            let turns = turning(&legs(&piece)) > std::f64::consts::FRAC_PI_4;
+            let turns = turning(&legs(&piece, tolerance)) > std::f64::consts::FRAC_PI_4;
             if turns && depth < HALVINGS && piece.splits(0) && piece.extent() > tolerance {
-                open.extend(piece.halves(0).into_iter().rev().map(|half| (half, depth + 1)));
+                // Where it turns back on a straight line, halves would only come near to the place.
+                let at = turning_back(&piece, tolerance).unwrap_or(0.5);
+                open.extend(piece.cut(0, at).into_iter().rev().map(|part| (part, depth + 1)));
             } else {
                 straight.push(piece);
             }
@@ -80,10 +82,47 @@ fn straightened(pieces: Pieces, tolerance: f64) -> Pieces {
     Pieces::new(straight)
 }
 
+/// Legs of a control polygon shorter than this part of the tolerance have no direction: they are rounding.
+const SHORTEST: f64 = 1e-3;
+
+fn point(c: &[f64; 4]) -> Vector {
+    Vector::new(c[0], c[1], c[2]) / c[3]
+}
+
 /// The legs of the control polygon that have a direction.
-fn legs(piece: &Piece) -> Vec<Vector> {
-    let point = |c: &[f64; 4]| Vector::new(c[0], c[1], c[2]) / c[3];
-    piece.net.windows(2).map(|w| point(&w[1]) - point(&w[0])).filter(|leg| leg.norm() > 0.0).collect()
+fn legs(piece: &Piece, tolerance: f64) -> Vec<Vector> {
+    let least = SHORTEST * tolerance;
+    piece.net.windows(2).map(|w| point(&w[1]) - point(&w[0])).filter(|leg| leg.norm() > least).collect()
+}
+
+/// Where a piece that lies in a straight line, within the tolerance, turns back first, as far as some places of it tell: a local parameter.
+fn turning_back(piece: &Piece, tolerance: f64) -> Option<f64> {
+    let longest = |best: Vector, leg: Vector| if leg.norm() > best.norm() { leg } else { best };
+    let way = legs(piece, tolerance).into_iter().fold(Vector::zeros(), longest).try_normalize(0.0)?;
+    let first = point(piece.net.first()?);
+    if piece.net.iter().any(|c| (point(c) - first).cross(&way).norm() > tolerance) {
+        return None;
+    }
+    let speed = |t: f64| piece.jet([t, 0.0]).along[0].dot(&way);
+    let places = 4 * piece.orders[0];
+    let mut low = (0.0, speed(0.0));
+    for k in 1..=places {
+        let t = k as f64 / places as f64;
+        let mut high = (t, speed(t));
+        if low.1 * high.1 < 0.0 {
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (low.0 + high.0);
+                let found = speed(middle);
+                if found * low.1 > 0.0 { low = (middle, found) } else { high = (middle, found) }
+            }
+            // What turns back at an end does not turn within.
+            return Some(low.0).filter(|t| (1e-9..=1.0 - 1e-9).contains(t));
+        }
+        if high.1 != 0.0 {
+            low = high;
+        }
+    }
+    None
 }
 
 /// The angle by which a polygon turns: no part of its curve turns by more.
@@ -93,11 +132,10 @@ fn turning(legs: &[Vector]) -> f64 {
 
 /// Whether the second goes on where the first ends, and both run forwards along the way from start to end: all differences of
 /// control vertices are within a half-space then, and with them those of points (weights being positive).
-fn forwards(first: &Piece, second: &Piece) -> bool {
-    let ends = [first.net.last(), second.net.first()]
-        .map(|c| c.map_or(Vector::zeros(), |c| Vector::new(c[0], c[1], c[2]) / c[3]));
-    let mut all = legs(first);
-    all.extend(legs(second));
+fn forwards(first: &Piece, second: &Piece, tolerance: f64) -> bool {
+    let ends = [first.net.last(), second.net.first()].map(|c| c.map_or(Vector::zeros(), point));
+    let mut all = legs(first, tolerance);
+    all.extend(legs(second, tolerance));
     let way: Vector = all.iter().sum();
     (ends[0] - ends[1]).norm() <= 1e-14 && all.iter().all(|leg| leg.dot(&way) > 0.0)
 }

@@ -90,6 +90,13 @@ pub fn mesh_section_area(lines: &[Polyline], plane: &Plane) -> Option<f64> {
         let turned = |(p, q): (&[f64; 2], &[f64; 2])| (p[0] - x) * (q[1] - y) - (p[1] - y) * (q[0] - x);
         points.iter().zip(points.iter().skip(1)).map(turned).sum()
     };
+    let own: Vec<f64> = loops.iter().map(|points| 0.5 * doubled(points) / normal[across]).collect();
+    Some(nested(&loops, &own))
+}
+
+/// The area inside loops, given as polygons and by the area of each, where what an even number of them goes around is left out. `O(l n)` for
+/// `l` loops of `n` points.
+pub(crate) fn nested(loops: &[Vec<[f64; 2]>], own: &[f64]) -> f64 {
     let holds = |points: &[[f64; 2]], [x, y]: [f64; 2]| {
         let next = points.iter().cycle().skip(1);
         let passed = points.iter().zip(next).filter(|(p, q)| {
@@ -98,15 +105,17 @@ pub fn mesh_section_area(lines: &[Polyline], plane: &Plane) -> Option<f64> {
         passed.count() % 2 == 1
     };
     let mut sum = 0.0;
-    for (k, points) in loops.iter().enumerate() {
+    for (k, (points, own)) in loops.iter().zip(own).enumerate() {
         // A place beside a vertex may be on another loop; the middle of a side seldom is.
-        let [p, q] = [points[0], points[1]];
+        let [p, q] = match points[..] {
+            [p, q, ..] => [p, q],
+            _ => continue,
+        };
         let middle = [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])];
         let around = loops.iter().enumerate().filter(|(j, other)| *j != k && holds(other, middle)).count();
-        let own = 0.5 * doubled(points).abs() / normal[across].abs();
-        sum += if around % 2 == 0 { own } else { -own };
+        sum += if around % 2 == 0 { own.abs() } else { -own.abs() };
     }
-    Some(sum)
+    sum
 }
 
 /// Where an edge, given by its lesser end first, passes the plane.

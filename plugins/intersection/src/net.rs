@@ -158,9 +158,15 @@ impl Piece {
         ranges(legs, around)
     }
 
-    /// Both halves in one direction (de Casteljau).
+    /// Both halves in one direction.
     pub(crate) fn halves(&self, direction: usize) -> [Self; 2] {
-        let middle = 0.5 * self.low[direction] + 0.5 * self.high[direction];
+        self.cut(direction, 0.5)
+    }
+
+    /// Both parts in one direction, cut at a local parameter (de Casteljau).
+    pub(crate) fn cut(&self, direction: usize, local: f64) -> [Self; 2] {
+        let rest = 1.0 - local;
+        let middle = rest * self.low[direction] + local * self.high[direction];
         let [rows, columns] = self.orders;
         let (steps, step, lines, line) =
             if direction == 0 { (rows, columns, columns, 1) } else { (columns, 1, rows, columns) };
@@ -170,7 +176,7 @@ impl Piece {
             for r in 1..steps {
                 for s in 0..steps - r {
                     let (a, b) = (right.net[at(s)], right.net[at(s + 1)]);
-                    right.net[at(s)] = [0, 1, 2, 3].map(|k| 0.5 * a[k] + 0.5 * b[k]);
+                    right.net[at(s)] = [0, 1, 2, 3].map(|k| rest * a[k] + local * b[k]);
                 }
                 left.net[at(r)] = right.net[at(0)];
             }

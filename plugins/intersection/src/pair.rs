@@ -16,6 +16,9 @@ use crate::together::Run;
 /// lines that cross once.
 const LENS: f64 = 1e-2;
 
+/// Runs no further apart than this part of the domain are looked at whether they are one.
+const FOLLOWS: f64 = 1e-6;
+
 /// Where two curves meet, in space or in a plane: all points no further apart than the tolerance, and the parts that run
 /// together.
 ///
@@ -274,12 +277,13 @@ impl<B: Met> Answer<'_, B> {
             let mut taken = false;
             for before in &mut joined {
                 let reach = 1e-9 * self.a.space().length();
-                let follows = (run.from[0] - before.to[0]).abs() <= reach
+                // Each reaches beyond its end by as much as the tolerance allows.
+                let follows = (run.from[0] - before.to[0]).abs() <= FOLLOWS * self.a.space().length()
                     && self.one(&before.to, &run.from, 4.0 * self.tolerance)?;
                 let again = run.from[0] >= before.from[0] - reach
                     && run.to[0] <= before.to[0] + reach
                     && self.one(&self.at(before, run.from[0]), &run.from, 4.0 * self.tolerance)?;
-                if follows {
+                if follows && run.to[0] > before.to[0] {
                     before.to = run.to;
                 }
                 if follows || again {

@@ -10,6 +10,16 @@ use crate::together::{Run, together};
 
 /// Pairs looked at for two spans before the rest is called undecided.
 const PAIRS: usize = 20_000;
+/// Pairs looked at in all, and for each pair of spans that come near, before the rest is called undecided: a second or two.
+const ALL_PAIRS: usize = 200_000;
+const EACH_PAIR: usize = 100;
+/// After so many pairs of parts, and at every third level, parts no smaller than this part of their spans are looked at whether they run together.
+const FEW: usize = 16;
+const LEVELS: usize = 3;
+const PART: f64 = 1e-2;
+/// How near parts are that run together, in tolerances; and what is rounding.
+const EXACT: f64 = 1e-3;
+const ROUNDING: f64 = 1e-13;
 /// Pairs of parts this much smaller than their spans are not cut to tell a touching from crossings.
 const TERMINAL: f64 = 1e-5;
 
@@ -34,52 +44,62 @@ pub(crate) struct Search {
     pub(crate) runs: Vec<Run>,
     /// Ranges of the first shape's parameter, and a point there.
     pub(crate) undecided: Vec<(f64, f64, Vector)>,
+    /// Pairs looked at.
+    looked: usize,
 }
 
 impl Search {
     /// Looks at all spans that come within the tolerance, which is one of the frame.
     pub(crate) fn new(a: &Pieces, b: &Pieces, tolerance: f64) -> Self {
         let mut search = Self::default();
-        for (i, j) in a.near(b, tolerance) {
-            let pair = Pair { a: &a.pieces[i], b: &b.pieces[j] };
-            let runs = together(&pair, tolerance);
-            search.spans(&pair, &runs, tolerance);
-            search.runs.extend(runs);
+        let near = a.near(b, tolerance);
+        let most = ALL_PAIRS + EACH_PAIR * near.len();
+        for (i, j) in near {
+            search.pair(&Pair { a: &a.pieces[i], b: &b.pieces[j] }, most, tolerance);
         }
         search
+    }
+
+    fn pair(&mut self, pair: &Pair<'_>, most: usize, tolerance: f64) {
+        if self.looked > most {
+            self.undecided.push((pair.a.low[0], pair.a.high[0], pair.a.jet([0.5, 0.0]).point));
+            return;
+        }
+        let runs = self.spans(pair, together(pair, tolerance), tolerance);
+        self.runs.extend(runs);
     }
 
     /// Looks at all pairs of pieces of one curve, but for those that are said to pass into one another.
     pub(crate) fn itself(pieces: &Pieces, passes: &impl Fn(usize, usize) -> bool, tolerance: f64) -> Self {
         let mut search = Self::default();
-        for (i, j) in pieces.near(pieces, tolerance) {
-            if i >= j || passes(i, j) {
-                continue;
-            }
-            let pair = Pair { a: &pieces.pieces[i], b: &pieces.pieces[j] };
-            let runs = together(&pair, tolerance);
-            search.spans(&pair, &runs, tolerance);
-            search.runs.extend(runs);
+        let mut near = pieces.near(pieces, tolerance);
+        near.retain(|&(i, j)| i < j && !passes(i, j));
+        let most = ALL_PAIRS + EACH_PAIR * near.len();
+        for (i, j) in near {
+            search.pair(&Pair { a: &pieces.pieces[i], b: &pieces.pieces[j] }, most, tolerance);
         }
         search
     }
 
-    fn spans(&mut self, spans: &Pair<'_>, runs: &[Run], tolerance: f64) {
-        let small = (TERMINAL * spans.a.extent().min(spans.b.extent())).max(0.1 * tolerance);
-        let mut open = vec![(spans.a.clone(), spans.b.clone())];
+    /// Looks at two spans, of which some runs are known, and gives all runs back.
+    fn spans(&mut self, spans: &Pair<'_>, mut runs: Vec<Run>, tolerance: f64) -> Vec<Run> {
+        let extent = spans.a.extent().min(spans.b.extent());
+        let small = (TERMINAL * extent).max(0.1 * tolerance);
+        let mut open = vec![(spans.a.clone(), spans.b.clone(), 0)];
         let mut count = 0;
-        while let Some((a, b)) = open.pop() {
+        while let Some((a, b, depth)) = open.pop() {
             let pair = Pair { a: &a, b: &b };
             if separate(&pair, tolerance) {
                 continue;
             }
             count += 1;
+            self.looked += 1;
             if count > PAIRS {
-                let left = open.iter().map(|(a, _)| a).chain([&a]);
+                let left = open.iter().map(|(a, ..)| a).chain([&a]);
                 let (low, high) =
                     left.fold((a.low[0], a.high[0]), |(l, h), p| (l.min(p.low[0]), h.max(p.high[0])));
                 self.undecided.push((low, high, a.jet([0.5, 0.0]).point));
-                return;
+                return runs;
             }
             if runs.iter().any(|run| along(&pair, run, tolerance)) {
                 continue;
@@ -96,6 +116,16 @@ impl Search {
                     continue;
                 }
             }
+            // What runs together over a small part of a span does so over much of a part; to rounding, or it only touches.
+            if count > FEW && depth % LEVELS == 0 && a.extent().min(b.extent()) >= PART * extent {
+                let most = (EXACT * tolerance).max(ROUNDING);
+                let found = together(&pair, tolerance).into_iter().filter(|run| run.distance <= most);
+                let known = runs.len();
+                runs.extend(found);
+                if runs[known..].iter().any(|run| along(&pair, run, tolerance)) {
+                    continue;
+                }
+            }
             let lengths = [a.run(0), b.run(0), if b.parameters() == 2 { b.run(1) } else { 0.0 }];
             let splits = [a.splits(0), b.splits(0), b.parameters() == 2 && b.splits(1)];
             let widest = (0..3).filter(|&k| splits[k]).max_by(|&x, &y| lengths[x].total_cmp(&lengths[y]));
@@ -103,14 +133,15 @@ impl Search {
                 // What is as small as the tolerance and still no meeting is none.
                 Some(k) if lengths[k] > 0.1 * tolerance => {
                     if k == 0 {
-                        open.extend(a.halves(0).into_iter().map(|half| (half, b.clone())));
+                        open.extend(a.halves(0).into_iter().map(|half| (half, b.clone(), depth + 1)));
                     } else {
-                        open.extend(b.halves(k - 1).into_iter().map(|half| (a.clone(), half)));
+                        open.extend(b.halves(k - 1).into_iter().map(|half| (a.clone(), half, depth + 1)));
                     }
                 }
                 _ => {}
             }
         }
+        runs
     }
 }
 

@@ -132,3 +132,49 @@ fn a_curve_that_meets_itself_at_a_knot_is_told_as_elsewhere() {
     ]);
     assert_eq!(only(&self_intersections(&knot, &Options::default()).unwrap()), Contact::Crossing);
 }
+
+/// What runs along something and goes to its other side crosses it: a polyline that comes along a tangent and turns inwards, an inflection; what turns
+/// outwards, or bends away to the same side, touches.
+#[test]
+fn what_runs_along_and_changes_sides_crosses() {
+    let options = Options::default();
+    for size in [1e-6, 1.0, 1e6] {
+        let ring = Curve::ellipse(Point::origin(), Vector::x() * 5.0 * size, Vector::y() * size).unwrap();
+        let pipe = Surface::extrusion(&ring, Vector::z() * 2.0 * size).unwrap();
+        let cases = [
+            ([0.0, 0.25], Contact::Crossing),
+            ([1.0, 0.5], Contact::Crossing),
+            ([1.0, 1.5], Contact::Touching),
+        ];
+        for ([x, y], kind) in cases {
+            for reversed in [false, true] {
+                let at = |z: f64| {
+                    let corner =
+                        polygon(&[[-7.0, 1.0, z], [0.0, 1.0, z], [x, y, z]].map(|p| p.map(|c| c * size)));
+                    if reversed { corner.reverse().unwrap() } else { corner }
+                };
+                let (flat, corner) = (at(0.0), at(1.0));
+                assert_eq!(only(&curves(&flat, &ring, &options).unwrap()), kind, "{size} {x} {y}");
+                assert_eq!(only(&curves(&ring, &flat, &options).unwrap()), kind, "{size} {x} {y}");
+                assert_eq!(only(&curve_surface(&corner, &pipe, &options).unwrap()), kind, "{size} {x} {y}");
+            }
+        }
+        // y = x³ and y = x⁴ over [-1, 1], and the line y = 0.
+        let axis = line([-2.0 * size, 0.0, 0.0], [2.0 * size, 0.0, 0.0]);
+        let plane = Plane::new(Point::origin(), Vector::y()).unwrap();
+        for (heights, kind) in [
+            (vec![-1.0, 1.0, -1.0, 1.0], Contact::Crossing),
+            (vec![1.0, -1.0, 1.0, -1.0, 1.0], Contact::Touching),
+        ] {
+            let degree = (heights.len() - 1) as f64;
+            let points = heights
+                .iter()
+                .enumerate()
+                .map(|(k, y)| Point::new(size * (2.0 * k as f64 / degree - 1.0), size * y, 0.0));
+            let power = Curve::bezier(points.collect()).unwrap();
+            assert_eq!(only(&curves(&power, &axis, &options).unwrap()), kind, "{size} {heights:?}");
+            assert_eq!(only(&curves(&axis, &power, &options).unwrap()), kind, "{size} {heights:?}");
+            assert_eq!(only(&curve_plane(&power, &plane, &options).unwrap()), kind, "{size} {heights:?}");
+        }
+    }
+}

@@ -114,3 +114,35 @@ fn no_crossing_of_chords_is_missed() {
     }
     assert!(count >= 50, "{count}");
 }
+
+/// A curve that goes back and forth on a straight line: where it runs over itself is found to the ends, which are where it turns back, and without much work.
+/// A place of the line that is passed `k` times is passed `k (k - 1) / 2` times by the overlaps at least: once for each pair.
+#[test]
+fn a_curve_folded_on_a_straight_line_runs_together_with_itself() {
+    let along = [-1.1, 0.7, -2.4, -0.7, 1.0, -1.2, 0.6, -1.5, 1.0, -1.1, 0.6, 0.8];
+    let knots =
+        [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0];
+    for (way, degree) in [([1.0, 0.3, 0.0], 6), ([0.2, -1.0, 0.7], 6), ([1.0, 0.0, 0.0], 6)] {
+        let points = along.map(|x| Point::from(Vector::from(way) * x)).to_vec();
+        let curve = Curve::new(Space::open(degree, knots.to_vec()).unwrap(), points).unwrap();
+        let begin = std::time::Instant::now();
+        let found = self_intersections(&curve, &Options::default()).unwrap();
+        assert!(begin.elapsed().as_secs() < 60, "{:?}", begin.elapsed());
+        assert!(found.is_complete() && !found.overlaps.is_empty(), "{found:#?}");
+        let length = Vector::from(way).norm();
+        let place = |u: f64| curve.point(u).unwrap().coords.dot(&Vector::from(way)) / (length * length);
+        // How often the curve passes a place, by the signs at many parameters.
+        for k in 0..8 {
+            let x = -0.9 + 0.2113 * k as f64;
+            let many = 20_000;
+            let passes = |from: f64, to: f64| {
+                let side = |j: usize| place(from + (to - from) * j as f64 / many as f64) > x;
+                (0..many).filter(|&j| side(j) != side(j + 1)).count()
+            };
+            let all = passes(0.0, 5.0);
+            let over: usize = found.overlaps.iter().map(|o| passes(o.range.0, o.range.1)).sum();
+            let wanted = all * all.saturating_sub(1) / 2;
+            assert!(over >= wanted, "{x}: {all} passes, {over} of {wanted}");
+        }
+    }
+}

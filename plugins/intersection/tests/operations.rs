@@ -343,7 +343,7 @@ fn polylines_are_intersected_as_curves_of_degree_one() {
     let refused =
         run(&mut scene.clone(), "intersect", json!({ "object": "one", "with": "ring" })).unwrap_err();
     assert!(
-        refused.to_string().contains("\"one\": a polyline has 2 points at least, here are 1"),
+        refused.to_string().contains("\"one\": a polyline needs 2 points at least, and has 1"),
         "{refused}"
     );
 }
@@ -364,4 +364,63 @@ fn the_only_object_is_meant_and_planes_are_told_apart() {
     scene.add(Object::new("other", other.into())).unwrap();
     let problem = run(&mut scene, "intersect", json!({})).unwrap_err();
     assert!(problem.contains("\"line\", \"other\""), "{problem}");
+}
+
+/// The closed section of one surface has an area, by the closed forms of a sphere and of a torus, whose inner loop takes its part away; what is open has
+/// none. No number is -0.
+#[test]
+fn closed_sections_of_one_surface_have_an_area() {
+    let half =
+        Curve::arc(Point::new(0.0, 0.0, -5.0), Point::origin(), Vector::y(), std::f64::consts::PI).unwrap();
+    let ball = Surface::revolution(&half, Point::origin(), Vector::z(), std::f64::consts::TAU).unwrap();
+    let tube = Curve::circle(Point::new(3.0, 0.0, 0.0), Vector::y(), 1.0).unwrap();
+    let ring = Surface::revolution(&tube, Point::origin(), Vector::z(), std::f64::consts::TAU).unwrap();
+    let options = Options::within(1e-7);
+    for z in [-0.5, 0.0, 3.0, 4.9] {
+        let area = section(&ball, &plane([0.0, 0.0, z], [0.0, 0.0, -2.0]), &options).unwrap().area.unwrap();
+        let expected = std::f64::consts::PI * (25.0 - z * z);
+        assert!((area - expected).abs() < 1e-5, "{z}: {area} {expected}");
+    }
+    let area = |at: &Plane| section(&ring, at, &options).unwrap().area;
+    let round = area(&plane([0.0, 0.0, 0.6], [0.0, 0.0, 1.0])).unwrap();
+    assert!((round - std::f64::consts::PI * (3.8 * 3.8 - 2.2 * 2.2)).abs() < 1e-5, "{round}");
+    let two = area(&plane([0.0; 3], [1.0, 0.0, 0.0])).unwrap();
+    assert!((two - 2.0 * std::f64::consts::PI).abs() < 1e-5, "{two}");
+    let bowl =
+        Surface::revolution(&half.between(0.0, 2.0).unwrap(), Point::origin(), Vector::z(), 3.0).unwrap();
+    assert_eq!(section(&bowl, &plane([0.0, 0.0, -4.0], [0.0, 0.0, 1.0]), &options).unwrap().area, None);
+    let mut scene = Scene::default();
+    scene.add(Object::new("ball", ball.into())).unwrap();
+    let report = run(&mut scene, "section", json!({ "axis": "z", "at": [-0.0, 5] })).unwrap();
+    let planes = &report.numbers["planes"];
+    assert!((planes[0]["area"].as_f64().unwrap() - 25.0 * std::f64::consts::PI).abs() < 1e-3, "{planes}");
+    assert!(planes[1]["area"].is_null(), "{planes}");
+    assert!(!planes.to_string().contains("-0.0") && !report.notes.join(" ").contains("-0,"), "{report:?}");
+}
+
+/// A cap that is thinner than the tolerance, but whose rim is larger than that, is cut off in its circle, and one of nothing touches at its pole.
+#[test]
+fn thin_caps_are_cut_off_or_touched_at_their_poles() {
+    let half =
+        Curve::arc(Point::new(0.0, 0.0, -5.0), Point::origin(), Vector::y(), std::f64::consts::PI).unwrap();
+    let ball = Surface::revolution(&half, Point::origin(), Vector::z(), std::f64::consts::TAU).unwrap();
+    for thick in [1e-3_f64, 1e-5, 1e-6, 1e-7, 3e-8] {
+        let cut =
+            section(&ball, &plane([0.0, 0.0, 5.0 - thick], [0.0, 0.0, 1.0]), &Options::default()).unwrap();
+        assert!(cut.touching.is_empty() && cut.curves.len() == 1, "{thick}: {cut:?}");
+        let rim = (thick * (10.0 - thick)).sqrt();
+        let curve = &cut.curves[0].curve;
+        for t in curve.space().breakpoints() {
+            let p = curve.point(t).unwrap();
+            // The plane is moved by 1e-8, the circle by that over its slope.
+            let apart = (p.x.hypot(p.y) - rim).abs();
+            assert!(apart <= 1e-5 + 2e-7 / rim, "{thick}: {p} {apart}");
+        }
+    }
+    for thick in [1e-9, 0.0, -1e-9] {
+        let cut =
+            section(&ball, &plane([0.0, 0.0, 5.0 - thick], [0.0, 0.0, 1.0]), &Options::default()).unwrap();
+        assert!(cut.curves.is_empty() && cut.touching.len() == 1, "{thick}: {cut:?}");
+        assert!((cut.touching[0] - Point::new(0.0, 0.0, 5.0)).norm() < 1e-12, "{thick}: {cut:?}");
+    }
 }

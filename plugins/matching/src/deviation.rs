@@ -3,6 +3,7 @@
 use std::fmt;
 
 use loftsman_kernel::error::Result;
+use loftsman_kernel::scene::Unit;
 use loftsman_kernel::text::figure;
 
 /// So many of the largest places of a profile are looked at between their neighbours, and those only that are nearly the largest.
@@ -110,28 +111,37 @@ impl Deviation {
         }
     }
 
-    /// `position 0.0012, angle 0.03°, curvature 0.4 (1.2 %)`, as much of it as belongs to a continuity; where the other surface
-    /// bends less square to the edge than along it, `curvature 0.4 (1.2 % of the largest, 7 % of the largest across the edge)`; where there is nothing
-    /// to be a part of, `curvature 0.4 (the other surface is flat)`.
+    /// `position 0.0012, angle 0.03°, curvature 0.4 (1.2 % of the other surface's largest)`, as much of it as belongs to a continuity; where the other
+    /// surface bends less across the edge than along it, that is said as well; where there is nothing to be a part of, `curvature 0.4 (the other surface
+    /// is flat)`.
     pub(crate) fn up_to(&self, continuity: usize) -> String {
+        self.told(continuity, ["", ""])
+    }
+
+    /// The same with the unit of lengths: `position 0.0012 mm, angle 0.03°, curvature 0.4 per mm (…)`.
+    pub(crate) fn up_to_in(&self, continuity: usize, unit: Unit) -> String {
+        self.told(continuity, [&format!(" {}", unit.symbol()), &format!(" per {}", unit.one())])
+    }
+
+    fn told(&self, continuity: usize, [length, bend]: [&str; 2]) -> String {
         let [distance, angle, curvature, part] =
             [self.distance, self.angle.to_degrees(), self.curvature, 100.0 * self.part].map(figure);
         let of = if self.flat {
             "the other surface is flat".to_owned()
         } else if !self.square.is_finite() {
-            format!("{part} % of the largest; the other surface does not bend across the edge")
+            format!("{part} % of the other surface's largest, which has none across the edge")
         } else if self.square > ALIKE * self.part {
             format!(
-                "{part} % of the largest, {} % of the largest across the edge",
+                "{part} % of the other surface's largest, {} % of its largest across the edge",
                 figure(100.0 * self.square)
             )
         } else {
-            format!("{part} %")
+            format!("{part} % of the other surface's largest")
         };
         let all = [
-            format!("position {distance}"),
+            format!("position {distance}{length}"),
             format!("angle {angle}°"),
-            format!("curvature {curvature} ({of})"),
+            format!("curvature {curvature}{bend} ({of})"),
         ];
         all[..=continuity.min(2)].join(", ")
     }
@@ -177,7 +187,7 @@ pub(crate) fn peaks(
 }
 
 impl fmt::Display for Deviation {
-    /// `position 0.0012, angle 0.03°, curvature 0.4 (1.2 %)`.
+    /// `position 0.0012, angle 0.03°, curvature 0.4 (1.2 % of the other surface's largest)`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.up_to(2))
     }

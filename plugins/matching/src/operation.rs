@@ -9,7 +9,7 @@ use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, SceneShapes, SeenShapes, StepReport,
     object_name, put_back,
 };
-use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::scene::{Geometry, Scene, Unit};
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::{SaddlePoint, SolveError};
 use loftsman_kernel::spline::{Direction, Surface};
@@ -121,7 +121,7 @@ impl Operation for MatchOperation {
             return Err(Error::Invalid(format!("\"{object}\" is no B-spline surface")).into());
         };
         let made = asked.run(surface, second.as_ref(), context)?;
-        let mut report = made.report("match", &object, &asked);
+        let mut report = made.report("match", &object, &asked, scene.unit);
         report.notes.extend(frames.note());
         let mut edited = scene.clone();
         put_back(&mut edited, &names[0], frames.own_shape(0, made.edited.shape()).as_ref())?;
@@ -442,11 +442,11 @@ fn as_the_other(
 }
 
 impl Made {
-    fn report(&self, op: &str, object: &str, asked: &Asked) -> StepReport {
+    fn report(&self, op: &str, object: &str, asked: &Asked, unit: Unit) -> StepReport {
         let report = self.edited.report();
         let mut notes = vec![
-            format!("along the edge, before: {}", self.before.up_to(asked.continuity.max(1))),
-            format!("along the edge, now: {}", self.after.up_to(2)),
+            format!("along the edge, before: {}", self.before.up_to_in(asked.continuity.max(1), unit)),
+            format!("along the edge, now: {}", self.after.up_to_in(2, unit)),
         ];
         for (what, [before, after], [old, new]) in [
             ("along", self.along, [self.degrees[0][0], self.degrees[1][0]]),

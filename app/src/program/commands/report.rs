@@ -91,7 +91,7 @@ fn step(step: &StepReport, unit: Unit, timed: bool) -> String {
         let _ = writeln!(text, "  {}", styled(DIM, &facts));
     }
     for name in step.redundant.iter().take(REDUNDANT) {
-        let _ = writeln!(text, "  follows from the other constraints: {name}");
+        let _ = writeln!(text, "  the other constraints say this already: {name}");
     }
     if step.redundant.len() > REDUNDANT {
         let _ = writeln!(text, "  … and {} more", step.redundant.len() - REDUNDANT);
@@ -122,12 +122,12 @@ pub(crate) fn facts(step: &StepReport, timed: bool) -> Vec<String> {
     let moves = step.steps.is_some();
     let rank = match (step.rank, step.equations) {
         (Some(rank), Some(equations)) if moves => {
-            let more = equations.saturating_sub(rank);
-            let rest =
-                if more > 0 { format!(", {more} of which follow from the others") } else { String::new() };
-            Some(format!("{}{rest}", count(equations, "equation"))).filter(|_| equations > 0)
+            Some(format!("{}{}", count(equations, "equation"), repeated(rank, equations)))
+                .filter(|_| equations > 0)
         }
-        (Some(rank), Some(equations)) => Some(format!("rank {rank} of {equations}")),
+        (Some(rank), Some(equations)) => {
+            Some(format!("rank {rank} of {equations}{}", repeated(rank, equations)))
+        }
         (None, Some(equations)) => Some(count(equations, "equation")),
         (Some(rank), None) => Some(format!("rank {rank}")),
         (None, None) => None,
@@ -145,6 +145,15 @@ pub(crate) fn facts(step: &StepReport, timed: bool) -> Vec<String> {
             .map(|t| format!("{} {}", seconds(t), if moves { "a step" } else { "an event" })),
     ];
     all.into_iter().flatten().collect()
+}
+
+/// What the equations are that do not count for the rank.
+fn repeated(rank: usize, equations: usize) -> String {
+    match equations.saturating_sub(rank) {
+        0 => String::new(),
+        1 => " (1 equation says again what the others say)".into(),
+        more => format!(" ({more} equations say again what the others say)"),
+    }
 }
 
 fn output(output: &OutputReport) -> String {
@@ -197,7 +206,7 @@ mod tests {
         let lines = |count: usize| {
             step(&redundant(count), Unit::Metre, false)
                 .lines()
-                .filter(|line| line.contains("follows"))
+                .filter(|line| line.contains("say this already"))
                 .count()
         };
         assert_eq!([lines(0), lines(1), lines(5), lines(400)], [0, 1, 5, 5]);

@@ -13,7 +13,7 @@ use super::file::{File, clip, parse};
 use super::report::LARGEST;
 use super::schema;
 use crate::texture::flipped;
-use crate::words::{EXTRAS, PREFIX, SOURCES};
+use crate::words::{EXTRAS, PREFIX, SOURCES, UNNAMED, UNNAMED_IMAGE};
 
 /// What a material of the file became.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,8 +92,14 @@ fn images(
             }
         };
         let stem = from.as_deref().map(|f| f.rsplit('/').next().unwrap_or(f).to_owned());
-        let wanted = raw.name.filter(|n| !n.is_empty()).or(stem).unwrap_or_else(|| format!("image {index}"));
+        let said = raw.name.filter(|n| !n.is_empty());
+        // One that is embedded has no name but this.
+        let is_unnamed = said.is_none() && stem.is_none();
+        let wanted = said.or(stem).unwrap_or_else(|| format!("image {index}"));
         let name = scene.images.unique_name(&wanted);
+        if is_unnamed {
+            scene.statements.push((UNNAMED_IMAGE.to_owned(), name.clone()));
+        }
         scene.images.add(Image::new(&name, data)).map_err(|e| fail(e.to_string()))?;
         report.count(Fate::Kept, "");
         names.push(Some(name));
@@ -128,7 +134,9 @@ impl Reader<'_, '_> {
         super::report::extensions(pbr.extensions.as_ref(), "pbrMetallicRoughness", report);
         let noted = usize::from(pbr.extras.0);
         report.count_many(Fate::LeftOut, "extras of a pbrMetallicRoughness: data of other programs", noted);
-        let wanted = raw.name.filter(|n| !n.is_empty()).unwrap_or_else(|| format!("material {index}"));
+        let said = raw.name.filter(|n| !n.is_empty());
+        let is_unnamed = said.is_none();
+        let wanted = said.unwrap_or_else(|| format!("material {index}"));
         let name = scene.materials.unique_name(&wanted);
         let mut material = Material::new(&name, pbr.base_color_factor.unwrap_or([1.0; 4]));
         material.metallic = pbr.metallic_factor.unwrap_or(1.0);
@@ -177,6 +185,9 @@ impl Reader<'_, '_> {
                     material.statements.push((format!("{PREFIX}extras"), extras.to_string()));
                 }
             }
+        }
+        if is_unnamed {
+            material.statements.push((UNNAMED.to_owned(), name.clone()));
         }
         report.count(Fate::Kept, "");
         scene.materials.add(material).map_err(|e| self.file.fail(&self.path, e.to_string()))?;

@@ -22,12 +22,14 @@ pub(super) struct Frame {
     pub(super) centre: Vector,
     low: [f32; 3],
     high: [f32; 3],
+    rounding: f64,
 }
 
 impl Frame {
     /// The frame of a shape's points.
     pub(super) fn of(points: &[Point], change: Change) -> Result<Self> {
-        let mut frame = Self { change, centre: Vector::zeros(), low: [0.0; 3], high: [0.0; 3] };
+        let mut frame =
+            Self { change, centre: Vector::zeros(), low: [0.0; 3], high: [0.0; 3], rounding: 0.0 };
         let Some(first) = points.first() else { return Ok(frame) };
         let (mut low, mut high) = (frame.moved(first), frame.moved(first));
         for (index, p) in points.iter().enumerate() {
@@ -59,6 +61,11 @@ impl Frame {
                 p.x, p.y, p.z
             )));
         }
+        frame.rounding = points.iter().fold(0.0, |most, p| {
+            let q = frame.moved(p) - frame.centre;
+            let [x, y, z] = single(q).map(f64::from);
+            (q - Vector::new(x, y, z)).amax().max(most)
+        });
         Ok(frame)
     }
 
@@ -95,10 +102,9 @@ impl Frame {
         [self.low.to_vec(), self.high.to_vec()]
     }
 
-    /// By how much coordinates may be rounded.
+    /// By how much coordinates are rounded at most; 0 where single precision holds them all.
     pub(super) fn rounding(&self) -> f64 {
-        let largest = self.low.iter().chain(&self.high).fold(0.0_f32, |m, x| m.max(x.abs()));
-        f64::from(largest) * f64::from(f32::EPSILON) / 2.0
+        self.rounding
     }
 }
 

@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 use super::bin::{Bin, percent_encoded};
 use super::schema::Root;
 use crate::texture::flipped_back;
-use crate::words::{EXTRAS, MATERIAL, NONE, PREFIX, SOURCES};
+use crate::words::{EXTRAS, MATERIAL, NONE, PREFIX, SOURCES, UNNAMED, UNNAMED_IMAGE};
 use loftsman_kernel::text::counted;
 
 /// The materials that were written, and what they refer to.
@@ -168,7 +168,11 @@ impl<'a> Materials<'a> {
         pbr.insert("metallicFactor".into(), shade(material.metallic).into());
         pbr.insert("roughnessFactor".into(), shade(material.roughness).into());
         let mut out = Map::new();
-        out.insert("name".into(), material.name().into());
+        // What has no name in the file that it comes from has none here, unless it was given one since.
+        let is_unnamed = |(key, text): &(String, String)| key == UNNAMED && text == material.name();
+        if !material.statements.iter().any(is_unnamed) {
+            out.insert("name".into(), material.name().into());
+        }
         let mut extensions = Map::new();
         let mut later = Vec::new();
         for (channel, texture) in &material.textures {
@@ -212,7 +216,7 @@ impl<'a> Materials<'a> {
             out.insert("doubleSided".into(), true.into());
         }
         for (what, text) in &material.statements {
-            let Some(name) = what.strip_prefix(PREFIX) else { continue };
+            let Some(name) = what.strip_prefix(PREFIX).filter(|_| what != UNNAMED) else { continue };
             let Ok(value) = serde_json::from_str::<Value>(text) else { continue };
             if name == "extras" {
                 out.insert("extras".into(), value);
@@ -403,7 +407,7 @@ impl<'a> Materials<'a> {
             return None;
         };
         let extension = SOURCES.iter().find(|(_, media)| *media == kind).map(|(name, _)| *name);
-        let value = match (&image.data, found) {
+        let mut value = match (&image.data, found) {
             (ImageData::File(_), Some(bytes)) if !self.text => {
                 json!({ "name": image.name(), "mimeType": kind, "bufferView": bin.owned(bytes) })
             }
@@ -420,6 +424,12 @@ impl<'a> Materials<'a> {
                 json!({ "name": image.name(), "mimeType": kind, "bufferView": bin.bytes(bytes) })
             }
         };
+        let is_unnamed = |(key, text): &(String, String)| key == UNNAMED_IMAGE && text == image.name();
+        if self.scene.statements.iter().any(is_unnamed)
+            && let Some(fields) = value.as_object_mut()
+        {
+            fields.remove("name");
+        }
         self.images.push(value);
         Some(Shown { index: self.images.len() - 1, extension })
     }

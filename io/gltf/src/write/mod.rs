@@ -31,7 +31,7 @@ use crate::extras::{ExtrasFields, LayerFields, rows};
 use crate::place::{Numbers, Placement};
 use crate::words::{
     ASSET_DATA, COPYRIGHT, DATA, EXTRAS, MATERIAL, MESH_DATA, MESH_NAME, PLACEMENT, PREFIX, SCENE_DATA,
-    SCENE_NAME, UNNAMED,
+    SCENE_NAME, UNNAMED, UNNAMED_IMAGE,
 };
 
 /// Writes a scene.
@@ -112,7 +112,7 @@ fn is_ours(key: &str, text: &str) -> bool {
     match key {
         PLACEMENT => serde_json::from_str::<Numbers>(text).is_ok(),
         DATA | MESH_DATA | SCENE_DATA | ASSET_DATA => serde_json::from_str::<Value>(text).is_ok(),
-        MESH_NAME | SCENE_NAME | COPYRIGHT | UNNAMED | MATERIAL => true,
+        MESH_NAME | SCENE_NAME | COPYRIGHT | UNNAMED | UNNAMED_IMAGE | MATERIAL => true,
         _ => false,
     }
 }

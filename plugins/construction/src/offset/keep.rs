@@ -26,14 +26,14 @@ pub(super) struct Kept {
 /// Goes along each element by steps no longer than the rest of the curve (all but the piece itself, or those at a corner) is further away than
 /// the distance `d`: on the way it cannot come nearer than that. What comes nearer by `ε` does so over `2 √(2 d ε)` at least; steps
 /// are never shorter than a third of that for the tolerance.
-pub(super) fn kept(job: &Job<'_>, elements: &[Element], round: u32) -> Result<Kept> {
+/// `looked` counts the places of all rounds.
+pub(super) fn kept(job: &Job<'_>, elements: &[Element], round: u32, looked: &mut usize) -> Result<Kept> {
     let mut kept = Kept { intervals: Vec::new(), cut: 0 };
     let away = job.distance.abs();
     let enough = away - job.slack();
     let shortest = job.blind() / (3.0 * 4_f64.powi(round as i32));
     let mut before = true;
     let most_places = job.places(elements.len());
-    let mut looked = 0;
     for (index, element) in elements.iter().enumerate() {
         let valid =
             |t: f64| -> Result<bool> { Ok(job.around.distance(&element.place(job, t)?.point)? >= enough) };
@@ -44,8 +44,8 @@ pub(super) fn kept(job: &Job<'_>, elements: &[Element], round: u32) -> Result<Ke
         kept.cut += usize::from(before && !last.1);
         let mut t = a;
         while t < b {
-            looked += 1;
-            if looked > most_places {
+            *looked += 1;
+            if *looked > most_places {
                 return Err(Error::Invalid(format!(
                     "the offset at {} within {} takes more than {most_places} places to follow: give a larger tolerance, or split the curve",
                     Figure(job.distance),
@@ -98,34 +98,64 @@ fn edge(a: (f64, bool), b: (f64, bool), valid: &impl Fn(f64) -> Result<bool>) ->
     Ok(kept)
 }
 
-/// The radius of the largest circle on that side that touches the curve and has none of it inside, among those at many places:
-/// shrunk until it does (J. Ma, S. W. Bae and S. Choi, 3D medial axis point approximation, Vis. Comput. 28, 2012).
+/// Places around which the radius is largest that are looked at more closely, and halvings of the way to the next ones.
+const PEAKS: usize = 8;
+const CLOSER: usize = 16;
+
+/// The radius of the largest circle on that side that touches the curve and has none of it inside, among those at many places and between these where they
+/// are largest; none is larger than the distance.
 pub(super) fn reach(job: &Job<'_>, elements: &[Element]) -> Result<f64> {
-    let mut largest = 0.0_f64;
-    for element in elements {
+    let mut found: Vec<(f64, usize, f64, f64)> = Vec::new();
+    for (index, element) in elements.iter().enumerate() {
         let Element::Moved { piece, .. } = element else { continue };
         let (a, b) = piece.domain();
         let count = element.samples(0);
+        let width = (b - a) / count as f64;
         for k in 0..count {
-            let t = a + (b - a) * (k as f64 + 0.5) / count as f64;
-            let foot = piece.point(t)?;
-            let side = (element.place(job, t)?.point - foot) / job.distance.abs();
-            let mut radius = job.distance.abs();
-            for _ in 0..60 {
-                let inside = radius * (1.0 - 1e-6);
-                let Some((_, near)) = job.around.nearest(&(foot + side * radius), [usize::MAX; 2], inside)?
-                else {
-                    break;
-                };
-                let way = near - foot;
-                let smaller = way.norm_squared() / (2.0 * way.dot(&side));
-                if !(smaller > 0.0 && smaller < radius) {
-                    break;
-                }
-                radius = smaller;
-            }
-            largest = largest.max(radius);
+            let t = a + width * (k as f64 + 0.5);
+            found.push((radius(job, element, t)?, index, t, width));
         }
     }
+    found.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)).then(x.2.total_cmp(&y.2)));
+    let mut largest = found.first().map_or(0.0, |best| best.0);
+    for &(start, index, at, width) in found.iter().take(PEAKS) {
+        let (a, b) = elements[index].domain();
+        let (mut best, mut at, mut step) = (start, at, 0.5 * width);
+        for _ in 0..CLOSER {
+            let mut moved = false;
+            for t in [at - step, at + step].map(|t| t.clamp(a, b)) {
+                let here = radius(job, &elements[index], t)?;
+                if here > best {
+                    (best, at, moved) = (here, t, true);
+                }
+            }
+            if !moved {
+                step *= 0.5;
+            }
+        }
+        largest = largest.max(best);
+    }
     Ok(largest)
+}
+
+/// The radius of the largest circle on that side that touches the curve at a place of an element and has none of the curve inside, up to the distance:
+/// shrunk until it does (J. Ma, S. W. Bae and S. Choi, 3D medial axis point approximation, Vis. Comput. 28, 2012).
+fn radius(job: &Job<'_>, element: &Element, t: f64) -> Result<f64> {
+    let Element::Moved { piece, .. } = element else { return Ok(0.0) };
+    let foot = piece.point(t)?;
+    let side = (element.place(job, t)?.point - foot) / job.distance.abs();
+    let mut radius = job.distance.abs();
+    for _ in 0..60 {
+        let inside = radius * (1.0 - 1e-6);
+        let Some((_, near)) = job.around.nearest(&(foot + side * radius), [usize::MAX; 2], inside)? else {
+            break;
+        };
+        let way = near - foot;
+        let smaller = way.norm_squared() / (2.0 * way.dot(&side));
+        if !(smaller > 0.0 && smaller < radius) {
+            break;
+        }
+        radius = smaller;
+    }
+    Ok(radius)
 }

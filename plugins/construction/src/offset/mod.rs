@@ -115,8 +115,9 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
     let job = Job { curve, around, plane, distance, tolerance, size, corners: options.corners };
     let (elements, blunted) = elements(&job)?;
     let mut missed = Missed::Nothing;
+    let mut looked = 0;
     for round in 0..ROUNDS {
-        let kept = keep::kept(&job, &elements, round)?;
+        let kept = keep::kept(&job, &elements, round, &mut looked)?;
         let cut = kept.cut;
         let chains = if kept.intervals.is_empty() {
             Vec::new()
@@ -125,7 +126,7 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
         };
         // What is left may be too short to be seen by wider steps.
         if chains.is_empty() {
-            // Where circles of nine tenths of the distance already have some of the curve inside, steps are not what is too wide.
+            // Where circles of nearly the distance have some of the curve inside, steps are not what is too wide.
             if round == 0 && keep::reach(&job, &elements)? < FAR * distance.abs() {
                 break;
             }
@@ -163,12 +164,12 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
 }
 
 /// Nothing is left at a distance of which the largest circle that touches the curve from there is so much smaller.
-const FAR: f64 = 0.9;
+const FAR: f64 = 0.99;
 /// The least tolerance, as a part of the size: the parts that are kept are found to a hundredth of it.
 const FINEST: f64 = 1e-10;
-/// So many places are looked at on the way along a curve of degree 0, divided by `(p + 1)²` for one of degree `p`, of which each costs as much more:
+/// So many places are looked at on the ways along a curve of degree 0, divided by `(p + 1)²` for one of degree `p`, of which each costs as much more:
 /// some seconds.
-const PLACES: f64 = 2e7;
+const PLACES: f64 = 5e6;
 /// So many an element in any case.
 const AN_ELEMENT: usize = 256;
 /// So often are the steps along the curve made shorter, four times each.

@@ -80,9 +80,9 @@ impl Operation for Sweep {
             "exact".into()
         } else {
             format!(
-                "{} from the sweep at most, measured; {} were allowed",
-                text::figure(swept.deviation),
-                text::figure(swept.tolerance)
+                "{} from where it should be at most, measured; {} were allowed",
+                scene.unit.quantity(swept.deviation, 1),
+                scene.unit.quantity(swept.tolerance, 1)
             )
         });
         if swept.twist.abs() > 1e-9 {

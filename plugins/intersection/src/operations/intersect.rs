@@ -128,7 +128,7 @@ fn numbers(found: &Intersections) -> Map<String, Value> {
         Some(Location::Surface(u, v)) => json!([u, v]),
         _ => Value::Null,
     };
-    let point = |p: &Point| json!([p.x, p.y, p.z]);
+    let point = |p: &Point| json!([p.x + 0.0, p.y + 0.0, p.z + 0.0]);
     let kind = |contact| if contact == Contact::Crossing { "cross" } else { "touch" };
     let meetings = found.meetings.iter().map(|m| {
         json!({

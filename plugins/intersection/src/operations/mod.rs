@@ -26,7 +26,7 @@ fn as_curve(geometry: &Geometry) -> Result<Option<Curve>, Error> {
     if count < needed {
         let closed = if line.closed { " closed" } else { "" };
         return Err(Error::Invalid(format!(
-            "a{closed} polyline has {needed} points at least, here are {count}"
+            "a{closed} polyline needs {needed} points at least, and has {count}"
         )));
     }
     let knots = |last: usize| (0..=last).map(|k| k as f64).collect::<Vec<f64>>();

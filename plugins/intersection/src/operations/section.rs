@@ -112,6 +112,7 @@ impl Operation for CutBy {
             match geometry {
                 Geometry::Surface(surface) => {
                     let cut = section(surface, plane, &options)?;
+                    area = cut.area;
                     for branch in cut.curves {
                         residual = Some(branch.distance.max(residual.unwrap_or(0.0)));
                         geometries.push(branch.curve.into());
@@ -144,12 +145,6 @@ impl Operation for CutBy {
                 Geometry::Mesh(mesh) => {
                     let lines = mesh_section(mesh, plane);
                     area = mesh_section_area(&lines, plane);
-                    if let Some(area) = area {
-                        notes.push(format!(
-                            "the plane through {at} cuts an area of {}",
-                            one.quantity(area, 2)
-                        ));
-                    }
                     geometries.extend(lines.into_iter().map(Geometry::from));
                 }
                 Geometry::Curve(curve) => {
@@ -201,12 +196,6 @@ impl Operation for CutBy {
                     }
                     touching.extend(&cut.touching);
                     area = cut.area;
-                    if let Some(area) = area {
-                        notes.push(format!(
-                            "the plane through {at} cuts an area of {}",
-                            one.quantity(area, 2)
-                        ));
-                    }
                     for branch in cut.curves {
                         residual = Some(branch.distance.max(residual.unwrap_or(0.0)));
                         geometries.push(branch.curve.into());
@@ -220,11 +209,14 @@ impl Operation for CutBy {
                     return Err(Error::Invalid(problem).into());
                 }
             }
+            if let Some(area) = area {
+                notes.push(format!("the plane through {at} cuts an area of {}", one.quantity(area, 2)));
+            }
             told_planes.push(json!({
                 "point": (0..3).map(|k| plane.point()[k] + 0.0).collect::<Vec<f64>>(),
                 "pieces": geometries.len() - before,
                 "area": area,
-                "touching": touching.iter().map(|q| [q.x, q.y, q.z]).collect::<Vec<_>>(),
+                "touching": touching.iter().map(|q| [q.x + 0.0, q.y + 0.0, q.z + 0.0]).collect::<Vec<_>>(),
             }));
             match geometries.len() - before {
                 0 if notes.len() == known => notes.push(format!("the plane through {at} does not meet it")),

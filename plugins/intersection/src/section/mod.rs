@@ -27,10 +27,12 @@ use loftsman_kernel::spline::{Curve, Surface};
 
 use crate::error::Result;
 use crate::intersections::{Options, Plane};
+use crate::mesh::nested;
 use crate::net::Range;
 use crate::pair::setting;
 use crate::pieces::Pieces;
 use cell::Cells;
+use clip::doubled_area;
 
 /// Cells of all patches together before the rest is called undecided.
 const CELLS: usize = 400_000;
@@ -43,6 +45,8 @@ const STRIP: f64 = 1e-2;
 const SMALL: f64 = 1e-2;
 /// Places of a branch that are looked at for that.
 const PLACES: usize = 16;
+/// Sides of a polygon for each span of a loop, to tell which loop is inside which.
+const SIDES: usize = 4;
 
 /// One branch of a section.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,6 +72,9 @@ pub struct Section {
     pub coincident: Vec<[(f64, f64); 2]>,
     /// Parameters, as these, of cells where the search was given up: where this is empty, every branch and loop larger than the tolerance was found.
     pub undecided: Vec<[(f64, f64); 2]>,
+    /// The area inside its loops, what an even number of them goes around left out; `None` where a branch does not close, some of the surface lies in the
+    /// plane, or is undecided.
+    pub area: Option<f64>,
     /// The tolerance that was used.
     pub tolerance: f64,
 }
@@ -117,6 +124,7 @@ fn cut(surface: &Surface, plane: &Plane, options: &Options, sides: Sides) -> Res
     let shift = (0.125 * tolerance).min(least) / frame.size;
     let mut result = Section { tolerance, ..Section::default() };
     let height = touch::Height::new(surface, plane, frame.size)?;
+    let mut sides_of = Vec::new();
     for (sign, main) in [(1.0, true), (-1.0, false)] {
         let mut cells = Cells::new(&pieces, plane.normal(), distance, sign * shift);
         cells.search(CELLS);
@@ -140,6 +148,7 @@ fn cut(surface: &Surface, plane: &Plane, options: &Options, sides: Sides) -> Res
                 || sides == Sides::Both && !is_there(&result.curves, &traced, tolerance)?
             {
                 result.curves.push(traced);
+                sides_of.push(main);
             }
         }
         if main {
@@ -150,9 +159,33 @@ fn cut(surface: &Surface, plane: &Plane, options: &Options, sides: Sides) -> Res
     if sides == Sides::Both {
         let off = 4.0 * shift * frame.size;
         let strip = Strip { surface, plane, height: &height, tolerance, width: STRIP * frame.size, off };
-        touched(&mut result, &strip)?;
+        touched(&mut result, sides_of, &strip)?;
+        result.area = area(&result, plane)?;
     }
     Ok(result)
+}
+
+/// The area inside the loops of a section.
+fn area(section: &Section, plane: &Plane) -> Result<Option<f64>> {
+    let open = section.curves.iter().any(|curve| !curve.closed);
+    if open || section.curves.is_empty() || !section.coincident.is_empty() || !section.undecided.is_empty() {
+        return Ok(None);
+    }
+    let normal = plane.normal();
+    let across = normal.iamax();
+    let (mut loops, mut own) = (Vec::new(), Vec::new());
+    for SectionCurve { curve, .. } in &section.curves {
+        let mut points = Vec::new();
+        for span in curve.space().breakpoints().windows(2) {
+            for k in 0..SIDES {
+                let p = curve.point(span[0] + (span[1] - span[0]) * k as f64 / SIDES as f64)?;
+                points.push([p[(across + 1) % 3], p[(across + 2) % 3]]);
+            }
+        }
+        loops.push(points);
+        own.push(0.5 * doubled_area(curve, &normal)?);
+    }
+    Ok(Some(nested(&loops, &own)))
 }
 
 /// What tells the two sides of a strip that is there only because the plane was moved.
@@ -167,8 +200,9 @@ struct Strip<'a> {
     off: f64,
 }
 
-/// Takes away pairs of branches between which the surface only touches the plane, and leaves a point of each.
-fn touched(section: &mut Section, strip: &Strip<'_>) -> Result<()> {
+/// Takes away pairs of branches between which the surface only touches the plane, and leaves a point of each: both are where the plane was moved to one side.
+/// Those where it was moved to either side are one branch, at which the surface leaves the plane at a small angle.
+fn touched(section: &mut Section, mut sides: Vec<bool>, strip: &Strip<'_>) -> Result<()> {
     let mut k = 0;
     while k < section.curves.len() {
         let mut found = None;
@@ -181,8 +215,11 @@ fn touched(section: &mut Section, strip: &Strip<'_>) -> Result<()> {
         match found {
             Some((other, point)) => {
                 section.curves.remove(other);
-                section.curves.remove(k);
-                section.touching.push(point);
+                if sides.remove(other) == sides[k] {
+                    section.curves.remove(k);
+                    sides.remove(k);
+                    section.touching.push(point);
+                }
             }
             None => k += 1,
         }

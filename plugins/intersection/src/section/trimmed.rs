@@ -22,7 +22,7 @@ const REACH: f64 = 1e3;
 /// When the tolerance is no length, or the surface is too large for numbers.
 pub fn trimmed_section(trimmed: &Trimmed, plane: &Plane, options: &Options) -> Result<ShellSection> {
     let surface = trimmed.surface();
-    let Section { curves, touching, coincident, undecided, tolerance } =
+    let Section { curves, touching, coincident, undecided, tolerance, area: _ } =
         cut(surface, plane, options, Sides::One)?;
     let mut all = ShellSection { tolerance, ..ShellSection::default() };
     if !coincident.is_empty() {
