@@ -263,3 +263,48 @@ fn ctrl_c_stops_long_work_and_leaves_nothing_half_done() {
     }
     assert_eq!((bench.read("rope.obj"), bench.read("p0002.png")), (b"old".to_vec(), b"old".to_vec()));
 }
+
+/// At a terminal long work shows how far it is, and Ctrl-C typed there stops it.
+#[cfg(target_os = "linux")]
+#[test]
+fn long_work_shows_its_progress_at_a_terminal() {
+    use std::io::{Read, Write};
+    use std::process::Stdio;
+    let bench = bench_with_rope(3000);
+    let step = json!({ "op": "simulate", "seconds": 1000, "step": 1e-6, "constraints": [{ "kind": "fixed", "at": 0 }] });
+    let recipe = json!({ "input": "rope.loft.json", "output": "rope.obj", "step": [step] });
+    bench.write("simulate.json", recipe.to_string());
+    let program = bench.command(&["run", "simulate.json"]);
+    let line = format!("'{}' run simulate.json", program.get_program().to_str().unwrap());
+    // `script` of util-linux runs it at a terminal of its own.
+    let mut command = std::process::Command::new("script");
+    command
+        .args(["-qec", &line, "/dev/null"])
+        .env("TERM", "xterm")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped());
+    command.current_dir(program.get_current_dir().unwrap());
+    let Ok(mut child) = command.spawn() else {
+        eprintln!("SKIPPED: there is no `script` to run the program at a terminal");
+        return;
+    };
+    let (mut keys, mut screen) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
+    let (mut seen, mut typed, mut part) = (String::new(), false, [0; 4096]);
+    while let Ok(count @ 1..) = screen.read(&mut part) {
+        seen.push_str(&String::from_utf8_lossy(&part[..count]));
+        // The work, a bar, and how much of how much is done.
+        if !typed && seen.contains("simulate") && seen.contains('\u{2591}') {
+            keys.write_all(b"\x03").unwrap();
+            keys.flush().unwrap();
+            typed = true;
+        }
+    }
+    let code = child.wait().unwrap().code();
+    assert!(typed && seen.contains("/24000"), "{seen:?}");
+    assert!(seen.contains("stopping; Ctrl-C again ends at once"), "{seen:?}");
+    assert!(seen.contains("interrupted: nothing was written"), "{seen:?}");
+    assert_eq!(
+        (code, bench.files().iter().any(|file| format!("{file:?}").contains("rope.obj"))),
+        (Some(130), false)
+    );
+}
