@@ -139,6 +139,9 @@ pub struct StepReport {
     /// Independent ones among them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rank: Option<usize>,
+    /// Whether what is asked contradicts itself and is met as nearly as can be, because only that was asked for.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub best_effort: bool,
     /// Constraints that were dropped because the others imply them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub redundant: Vec<String>,

@@ -1,5 +1,6 @@
 //! What `edit` and `drag` share: the problem of a recipe step.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use loftsman_kernel::Vector;
@@ -109,8 +110,13 @@ impl Problem {
         let mut names = SceneShapes::with_solids(scene, &object, moving(scene, &object, parameters)?)?;
         let tables = parameters.tables("constraints")?;
         let mut constraints = Vec::with_capacity(tables.len());
-        for table in &tables {
-            constraints.push(constraint_from(context.registry, table, &mut names)?);
+        let mut known = BTreeSet::new();
+        for (k, table) in tables.iter().enumerate() {
+            let constraint = constraint_from(context.registry, table, &mut names)?;
+            let name = constraint.describe();
+            // What is asked of one thing twice is told apart by where it is asked.
+            let twice = format!("{name} (constraints[{k}])");
+            constraints.push(if known.insert(name) { constraint } else { constraint.called(&twice) });
         }
         if !parameters.has("within") {
             ask_once(names.shapes(), &constraints, &tables)?;
@@ -363,6 +369,7 @@ pub(crate) fn step_report(op: &str, object: &str, report: &Report) -> StepReport
         solver: Some(report.solver.clone()),
         equations: Some(report.equations),
         rank: Some(report.rank),
+        best_effort: report.best_effort,
         redundant: report.redundant.clone(),
         residual: Some(report.residual),
         condition: Some(report.condition),

@@ -23,7 +23,7 @@ const FIELDS: [Field; 7] = [
     Field::optional("object", "text", "the only curve or surface", "the object to make fair"),
     Field::optional(
         "energy",
-        "\"stretch\" | \"bend\" | \"variation\" | [{ kind, weight, points = [{ at, to, weight }, …] }, …]",
+        "\"stretch\" | \"membrane\" | \"bend\" | \"thin-plate\" | \"variation\" | [{ kind, weight, points = [{ at, to, weight }, …] }, …]",
         "bend",
         "what is to be small; a sum may also have the kinds \"near\" (the old shape) and \"data\" (points)",
     ),

@@ -122,11 +122,11 @@ pub(crate) fn facts(step: &StepReport, timed: bool) -> Vec<String> {
     let moves = step.steps.is_some();
     let rank = match (step.rank, step.equations) {
         (Some(rank), Some(equations)) if moves => {
-            Some(format!("{}{}", count(equations, "equation"), repeated(rank, equations)))
+            Some(format!("{}{}", count(equations, "equation"), repeated(rank, equations, step.best_effort)))
                 .filter(|_| equations > 0)
         }
         (Some(rank), Some(equations)) => {
-            Some(format!("rank {rank} of {equations}{}", repeated(rank, equations)))
+            Some(format!("rank {rank} of {equations}{}", repeated(rank, equations, step.best_effort)))
         }
         (None, Some(equations)) => Some(count(equations, "equation")),
         (Some(rank), None) => Some(format!("rank {rank}")),
@@ -148,11 +148,20 @@ pub(crate) fn facts(step: &StepReport, timed: bool) -> Vec<String> {
 }
 
 /// What the equations are that do not count for the rank.
-fn repeated(rank: usize, equations: usize) -> String {
-    match equations.saturating_sub(rank) {
+fn repeated(rank: usize, equations: usize, contradict: bool) -> String {
+    let more = equations.saturating_sub(rank);
+    let (one, many) = if contradict {
+        (
+            "1 equation contradicts the others, or says what they say",
+            "equations contradict the others, or say what they say",
+        )
+    } else {
+        ("1 equation says again what the others say", "equations say again what the others say")
+    };
+    match more {
         0 => String::new(),
-        1 => " (1 equation says again what the others say)".into(),
-        more => format!(" ({more} equations say again what the others say)"),
+        1 => format!(" ({one})"),
+        more => format!(" ({more} {many})"),
     }
 }
 

@@ -184,7 +184,6 @@ impl Painting {
                 let unit = of.strip_prefix('1').map_or_else(|| format!(" {of}"), str::to_owned);
                 format!("{title}: {value}{unit} everywhere")
             }
-            (_, Faces::Deviation) => format!("{title} in {of}; + along normals"),
             _ => format!("{title} in {of}"),
         };
         let beyond = self.bodies.iter().flat_map(|b| &b.values).any(|v| v.abs() > self.end * (1.0 + 1e-6));

@@ -32,7 +32,7 @@ use crate::problem::conflict::quoted;
 use crate::problem::{Asked, Constraint, ConstraintId, EditError, Numbers, Problem, Value, view};
 use crate::shape::{Location, Shape};
 use crate::solve::{Sense, SolveError, Solver};
-use crate::text::counted;
+use crate::text::{counted, figure};
 
 /// An edit under way. Events do not allocate and do not depend on the size of the shapes (as long as everything
 /// asked is a linear equation and the handle does not slide). Where something is not linear, an event costs a few times what that
@@ -219,14 +219,24 @@ impl<S: Shape> Session<S> {
 
     /// An error, with what keeps a value out of reach where a functional that was asked knows it.
     fn reasoned(&self, mut error: EditError) -> EditError {
-        if let EditError::Solve(
-            SolveError::Conflict { text, .. } | SolveError::NotConverged { worst: text, .. },
-        ) = &mut error
-        {
-            let shapes = view(&self.problem.shapes);
-            let reach = |b: &BoundConstraint| b.constraint.functional.out_of_reach(&shapes, &b.target);
-            if let Some(reason) = self.problem.bound.iter().find_map(reach) {
-                *text = format!("{text}; {reason}");
+        let EditError::Solve(found @ (SolveError::Conflict { .. } | SolveError::NotConverged { .. })) =
+            &mut error
+        else {
+            return error;
+        };
+        let shapes = view(&self.problem.shapes);
+        let reach = |b: &BoundConstraint| {
+            let reason = b.constraint.functional.out_of_reach(&shapes, &b.target)?;
+            Some((b.constraint.label(), b.target.first().copied(), reason))
+        };
+        let Some((label, wanted, reason)) = self.problem.bound.iter().find_map(reach) else { return error };
+        match found {
+            SolveError::Conflict { text, .. } => *text = format!("{text}; {reason}"),
+            // That it did not arrive says nothing beside why it cannot.
+            _ => {
+                let wanted = wanted.map_or_else(String::new, |wanted| format!(" of {}", figure(wanted)));
+                let text = format!("{}{wanted} is out of reach: {reason}", quoted(&label));
+                *found = SolveError::Conflict { constraints: vec![label], knot: None, text };
             }
         }
         error

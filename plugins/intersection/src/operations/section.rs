@@ -226,6 +226,15 @@ impl Operation for CutBy {
                 count => notes.push(format!("the plane through {at} cuts {count} pieces")),
             }
         }
+        if let (Some(wanted), Some(found)) = (options.tolerance, residual)
+            && found > wanted
+            && !matches!(geometry, Geometry::Curve(_))
+        {
+            notes.push(format!(
+                "it is up to {} from the surface, farther than the tolerance: the surface turns too sharply there",
+                one.quantity(found, 1)
+            ));
+        }
         add_beside(scene, object, &name, geometries)?;
         Ok(StepReport {
             op: "section".into(),

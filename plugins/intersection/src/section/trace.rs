@@ -61,12 +61,15 @@ pub(crate) fn trace(
             let off = line.measure(&cubic);
             let inside = 0.5 * (from + to);
             let halvable = (from < inside && inside < to) || (to < inside && inside < from);
-            if off > 0.8 * tolerance && depth < HALVINGS && halvable {
+            // What is off between those few points, where the section turns sharply, is seen at many.
+            let peak = || off.max(line.largest(&cubic));
+            let halves = depth < HALVINGS && halvable;
+            if halves && (off > 0.8 * tolerance || peak() > tolerance) {
                 open.push((middle, end, depth + 1));
                 open.push((start, middle, depth + 1));
                 continue;
             }
-            distance = distance.max(off).max(line.largest(&cubic));
+            distance = distance.max(peak());
             cubics.push(cubic);
         }
     }
