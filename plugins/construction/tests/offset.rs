@@ -454,3 +454,24 @@ fn where_nothing_is_left_is_found_out_early() {
         "{took} s: {refused}"
     );
 }
+
+/// What leaves its plane by less than the tolerance, as sections of solids do, is put there; the deviation told counts that.
+#[test]
+fn what_is_nearly_planar_is_put_into_its_plane() {
+    let points = |height: f64| -> Vec<Point> {
+        (0..8)
+            .map(|i| (f64::from(i), f64::from(i) * std::f64::consts::FRAC_PI_4))
+            .map(|(i, a)| Point::new(a.cos(), a.sin(), height * (1.7 * i).sin()))
+            .collect()
+    };
+    let ring = |height: f64| Curve::new(Space::periodic_uniform(3, 8).unwrap(), points(height)).unwrap();
+    let flat = offset(&ring(0.0), 0.2, &OffsetOptions::default()).unwrap();
+    let found = offset(&ring(5e-8), 0.2, &OffsetOptions::default()).unwrap();
+    assert!(found.deviation >= 2e-8 && found.deviation <= found.tolerance, "{found:?}");
+    let length = |o: &loftsman_construction::Offset| o.curves[0].length(1e-12).unwrap().value;
+    assert!((length(&flat) - length(&found)).abs() < 1e-6);
+    let z: Vec<f64> = found.curves[0].points().iter().map(|p| p.z).collect();
+    assert!(z.iter().all(|z| z.abs() < 2e-7), "{z:?}");
+    let error = offset(&ring(1e-6), 0.2, &OffsetOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("leaves its plane"), "{error}");
+}

@@ -78,14 +78,15 @@ pub struct Offset {
 /// ```
 ///
 /// # Errors
-/// When the distance is 0 or the tolerance no length, or either less than 1e-10 of the size of curve and distance; the curve is a point, leaves its plane by more than 1e-9 of its size, or is straight
+/// When the distance is 0 or the tolerance no length, or either less than 1e-10 of the size of curve and distance; the curve is a point, leaves its plane by more than 1e-9 of its size and a tenth of the tolerance (by less it is put there first, and the deviation counts that), or is straight
 /// and no normal is given; it stops on its way; more than some seconds' work is needed to follow it; or nothing is left at that distance (the message says up to where something is).
 pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<Offset> {
     if !distance.is_finite() || distance == 0.0 {
         let problem = "give a distance that is not 0, positive outwards or to the right";
         return Err(Error::Invalid(format!("{} is no distance to move by: {problem}", Figure(distance))));
     }
-    let plane = plane::Plane::of(curve, options.normal)?;
+    let allowance = |size: f64| FLATTENED * options.tolerance.unwrap_or(1e-6 * size);
+    let plane = plane::Plane::of(curve, options.normal, &allowance)?;
     let tolerance = options.tolerance.unwrap_or(1e-6 * plane.size);
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return Err(Error::Invalid(format!("{} is no tolerance: give a length above 0", Figure(tolerance))));
@@ -110,6 +111,11 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
             crate::fields::figure(tolerance),
             crate::fields::figure(FINEST * size)
         )));
+    }
+    if let Some((flat, leaves)) = plane.flattened(curve)? {
+        let options = OffsetOptions { tolerance: Some(tolerance - leaves), ..*options };
+        let found = offset(&flat, distance, &options)?;
+        return Ok(Offset { deviation: found.deviation + leaves, tolerance, ..found });
     }
     let around = around::Around::new(curve, 1e-14 * size)?;
     let job = Job { curve, around, plane, distance, tolerance, size, corners: options.corners };
@@ -163,6 +169,8 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
     }))
 }
 
+/// A curve that leaves its plane by no more than this part of the tolerance is put into it.
+const FLATTENED: f64 = 0.1;
 /// Nothing is left at a distance of which the largest circle that touches the curve from there is so much smaller.
 const FAR: f64 = 0.99;
 /// The least tolerance, as a part of the size: the parts that are kept are found to a hundredth of it.

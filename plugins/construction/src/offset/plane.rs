@@ -18,11 +18,15 @@ pub(super) struct Plane {
     pub(super) size: f64,
     /// Whether the curve ends where it starts.
     pub(super) closed: bool,
+    /// A point of it.
+    middle: Vector,
+    /// How far control vertices are from it at most.
+    leaves: f64,
 }
 
 impl Plane {
-    /// The plane in which all control vertices lie: across the direction in which they vary least.
-    pub(super) fn of(curve: &Curve, wanted: Option<Vector>) -> Result<Self> {
+    /// The plane in which all control vertices lie, to an `allowance` by their size: across the direction in which they vary least.
+    pub(super) fn of(curve: &Curve, wanted: Option<Vector>, allowance: &dyn Fn(f64) -> f64) -> Result<Self> {
         let points = curve.points();
         let largest = points.iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
         if largest > 1e150 {
@@ -64,7 +68,7 @@ impl Plane {
             // In directions of little spread an eigenvector is known to the root of rounding: the cross product is better.
             let own = refined(points, &middle, &own);
             let leaves = off(&own);
-            if leaves > FLAT * size {
+            if leaves > allowance(size).max(FLAT * size) {
                 return Err(Error::Invalid(format!(
                     "the curve leaves its plane by {}: only planar curves have offsets",
                     crate::fields::figure(leaves)
@@ -88,7 +92,19 @@ impl Plane {
         if closed && !straight && signed_area(curve, &Point::from(middle), &normal)? < -1e-9 * size * size {
             normal = -normal;
         }
-        Ok(Self { normal, size, closed })
+        Ok(Self { normal, size, closed, middle, leaves: off(&normal) })
+    }
+
+    /// The curve in the plane, and how far its vertices were from that; `None` where it lies there to rounding.
+    pub(super) fn flattened(&self, curve: &Curve) -> Result<Option<(Curve, f64)>> {
+        if self.leaves <= FLAT * self.size {
+            return Ok(None);
+        }
+        let (space, mut points, weights) = curve.clone().into_parts();
+        for point in &mut points {
+            *point -= self.normal * (point.coords - self.middle).dot(&self.normal);
+        }
+        Ok(Some((Curve::build(space, points, weights)?, self.leaves)))
     }
 }
 
