@@ -19,7 +19,7 @@ fn torus() -> Surface {
 #[test]
 fn balls_are_cut_in_circles_of_the_right_length() {
     for (scale, away) in [(1.0, 0.0), (1e-9, 0.0), (1e9, 0.0), (1.0, 1e4)] {
-        for height in [0.3, 0.0, -1.0, 1.99] {
+        for height in [0.3, 0.01, 0.0, -1.0, 1.99] {
             for normal in [Vector::z(), Vector::x(), Vector::new(1.0, 2.0, -0.5)] {
                 let normal = normal.normalize();
                 let plane =

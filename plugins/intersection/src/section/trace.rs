@@ -136,25 +136,27 @@ impl Line<'_> {
         let y: f64 = 1.0 - x;
         let [a, b, c, e] = cubic.vertices;
         let point = a * (y * y * y) + b * (3.0 * y * y * x) + c * (3.0 * y * x * x) + e * (x * x * x);
-        // The section's point beside it: that to which the way is across the section.
-        let (mut low, mut high) = (0.0, 1.0);
-        let mut best = f64::INFINITY;
+        // The section's point beside it: that to which the way is across the section. By false positions (Illinois), as beside a pole the parameter runs at
+        // quite another pace than the section.
+        let ahead_of = |place: &Place| (point - place.point).dot(&place.tangent);
+        let (mut low, mut high) = ((0.0, ahead_of(&cubic.start)), (1.0, ahead_of(&cubic.end)));
+        let mut best = (point - cubic.start.point).norm().min((point - cubic.end.point).norm());
         let mut s: f64 = x;
-        for _ in 0..24 {
+        for _ in 0..48 {
             let place = self.place(self.at(from + (to - from) * s));
-            let away = point - place.point;
-            best = best.min(away.norm());
-            let ahead = away.dot(&place.tangent);
-            if ahead.abs() <= 0.01 * away.norm() {
+            let away = (point - place.point).norm();
+            best = best.min(away);
+            let ahead = ahead_of(&place);
+            if ahead.abs() <= 0.01 * away {
                 break;
             }
             if ahead > 0.0 {
-                low = s;
+                (low, high.1) = ((s, ahead), 0.5 * high.1);
             } else {
-                high = s;
+                (high, low.1) = ((s, ahead), 0.5 * low.1);
             }
-            let newton = s + ahead / cubic.length;
-            s = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            let next = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+            s = if next > low.0 && next < high.0 { next } else { 0.5 * (low.0 + high.0) };
         }
         best
     }
