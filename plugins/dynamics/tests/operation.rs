@@ -543,3 +543,14 @@ fn a_curvature_that_rests_on_a_knot_is_told() {
     }
     assert!(on_knots > 0, "none rested on a knot");
 }
+
+/// Curvature is linear beside a derivative that stands still, which none does in a motion: it is refused, as all that is not linear.
+#[test]
+fn what_is_linear_only_beside_something_else_is_refused() {
+    for kind in ["curvature", "magnitude"] {
+        let table = json!({ "kind": kind, "at": 0.5, "keep": true });
+        let message =
+            run(&mut scene(), json!({ "seconds": 1, "constraints": [table] })).unwrap_err().to_string();
+        assert!(message.contains(kind) && message.contains("not linear"), "{message}");
+    }
+}

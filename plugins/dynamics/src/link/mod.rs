@@ -126,7 +126,9 @@ impl Link {
                 let own =
                     term.place.filter(|&index| places[index].floats).map(|index| places[index].location);
                 let functional = own.and_then(|at| functional.moved(at)).unwrap_or(functional);
-                if functional.linearity() != Linearity::Linear {
+                // In an edit it may be linear beside what stands still with it; in a motion nothing does.
+                let alone = functional.beside(&|_| false);
+                if alone.as_ref().unwrap_or(&functional).linearity() != Linearity::Linear {
                     return Err(DynamicsError::NotLinear { what: functional.describe() });
                 }
                 // Of the shapes at the start: which ends meet, what is opposite what.
