@@ -268,8 +268,8 @@ fn by_doo_sabin_surface(
     pairs: &str,
 ) -> Result<(Geometry, String), OperationError> {
     if parameters.has("alpha") {
-        let problem = "makes a form by knot intervals, of which places between vertices are not known: leave surface out; with limit = true the \
-                       vertices are put where it comes to";
+        let problem = "makes a form whose knot intervals are 0 round faces, of which places between vertices are not known: leave surface out; \
+                       with limit = true the vertices are put where it comes to";
         return Err(parameters.error("alpha", problem).into());
     }
     let surface = DooSabinSurface::new(cage)?;

@@ -58,20 +58,32 @@ impl Part {
     /// The faces at a vertex, which become numbers 0, 1, … counterclockwise, and all that share a vertex with them.
     pub(crate) fn around_vertex(topology: &Topology, vertex: usize) -> Self {
         let own: Vec<usize> = topology.vertex_faces(vertex).map(|f| f as usize).collect();
-        Self::of_faces(topology, &own)
+        Self::of_faces(topology, &own, 1)
     }
 
-    /// Faces, in their order, with all that share a vertex with one of them. Cost: the corners of the faces there.
-    pub(crate) fn of_faces(topology: &Topology, faces: &[usize]) -> Self {
-        let own: Vec<u32> = faces.iter().flat_map(|&f| topology.face_corners(f).map(|h| h as u32)).collect();
-        let round = own.iter().flat_map(|&h| topology.vertex_faces(topology.origin(h) as usize));
-        let all: Vec<u32> = faces.iter().map(|&f| f as u32).chain(round).collect();
+    /// Faces, in their order, with all that share a vertex with one of them, and so on for so many rings. Cost: the corners of the faces there.
+    pub(crate) fn of_faces(topology: &Topology, faces: &[usize], rings: usize) -> Self {
+        let mut all: Vec<u32> = faces.iter().map(|&f| f as u32).collect();
+        let mut start = 0;
+        for _ in 0..rings {
+            let own = all[start..].iter().flat_map(|&f| topology.face_corners(f as usize).map(|h| h as u32));
+            let round: Vec<u32> =
+                own.flat_map(|h| topology.vertex_faces(topology.origin(h) as usize)).collect();
+            start = if start == 0 { faces.len() } else { all.len() };
+            all.extend(round);
+            all = firsts(&all, |f| f);
+        }
         let (mut halves, mut starts) = (Vec::new(), vec![0]);
         for face in firsts(&all, |f| f) {
             halves.extend(topology.face_corners(face as usize).map(|h| h as u32));
             starts.push(halves.len());
         }
         Self::numbered(topology, halves, starts)
+    }
+
+    /// Faces with as many rings round them as their refinement needs: with knot intervals weights depend on those of the next ring.
+    pub(crate) fn to_refine(cage: &Cage, faces: &[usize]) -> Self {
+        Self::of_faces(cage.topology(), faces, if cage.has_intervals() { 2 } else { 1 })
     }
 
     /// With its vertices numbered.
@@ -90,14 +102,40 @@ impl Part {
 
     /// The part as a cage of its own, with the points and the sharpness of the whole; no holes.
     pub(crate) fn to_cage(&self, whole: &Cage) -> Result<Cage> {
-        let said = Said { crease: &|e| whole.crease(e), corner: &|v| whole.corner(v), interval: None };
+        let interval = |e| whole.interval(e);
+        let said = Said {
+            crease: &|e| whole.crease(e),
+            corner: &|v| whole.corner(v),
+            interval: whole.has_intervals().then_some(&interval as &dyn Fn(usize) -> f64),
+        };
         let mut cage = self.cage(whole.topology(), &said, whole.boundary())?;
         cage.points = self.kept.iter().map(|&v| whole.points()[v as usize]).collect();
         Ok(cage)
     }
 
-    /// All that rows round the face depend on, as numbers: equal where these are equal.
-    pub(crate) fn key(&self, cage: &Cage) -> Vec<u32> {
+    /// For each corner what is beyond the start and the end of the edge that follows it, from what is beyond those of the edges of the whole.
+    pub(crate) fn beyond(&self, whole: &Topology, of: impl Fn(usize) -> [f64; 2]) -> Vec<[f64; 2]> {
+        let one = |&h: &u32| {
+            let edge = whole.edge_of(h) as usize;
+            let [a, b] = of(edge);
+            if whole.halves(edge)[0] == h { [a, b] } else { [b, a] }
+        };
+        self.halves.iter().map(one).collect()
+    }
+
+    /// The same for each edge of the [small cage](Self::cage), whose corners are numbered alike.
+    pub(crate) fn by_edge(small: &Topology, beyond: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let mut all = vec![[0.0; 2]; small.edge_count()];
+        for (h, &[a, b]) in (0..).zip(beyond) {
+            let edge = small.edge_of(h) as usize;
+            all[edge] = if small.halves(edge)[0] == h { [a, b] } else { [b, a] };
+        }
+        all
+    }
+
+    /// All that rows round the face depend on, as numbers: equal where these are equal. With knot intervals these count, and what is
+    /// [beyond](Self::beyond).
+    pub(crate) fn key(&self, cage: &Cage, beyond: &[[f64; 2]]) -> Vec<u32> {
         let mut key = vec![u32::from(cage.boundary() == BoundaryRule::EdgeOnly), self.starts.len() as u32];
         key.extend(self.starts.iter().map(|&s| s as u32));
         key.extend_from_slice(&self.corners);
@@ -112,6 +150,15 @@ impl Part {
         }
         for (k, &v) in self.kept.iter().enumerate() {
             say(k + self.halves.len(), cage.corner(v as usize));
+        }
+        if cage.has_intervals() {
+            key.push(u32::MAX);
+            for (&h, beyond) in self.halves.iter().zip(beyond) {
+                for number in [cage.interval(cage.topology().edge_of(h) as usize), beyond[0], beyond[1]] {
+                    let bits = number.to_bits();
+                    key.extend([(bits >> 32) as u32, bits as u32]);
+                }
+            }
         }
         key
     }

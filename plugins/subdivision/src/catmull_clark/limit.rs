@@ -57,6 +57,17 @@ pub fn limit_stencils(cage: &Cage, vertex: usize, sector: usize) -> Result<Limit
     Ok(LimitStencils { position: back(rows.position), tangents: rows.tangents.map(back) })
 }
 
+/// The row of the limit of a vertex that is there, whether it has a tangent plane or not.
+pub(crate) fn limit_position(cage: &Cage, vertex: usize) -> Result<Stencil> {
+    if is_uniform(cage) {
+        return Ok(even_position(cage, vertex).into_stencil());
+    }
+    let local = Local::new(cage, vertex)?;
+    let row = uneven::position(&Weights::new(&local.cage), local.vertex);
+    let row = row.map_err(|error| renamed(error, vertex))?.into_stencil();
+    Ok(row.iter().map(|(v, c)| (local.names[v] as usize, c)).collect())
+}
+
 /// The [rows](limit_stencils) of the limits of all vertices, on creases and at corners in their first sector; in parallel with the
 /// feature `parallel`. Cost: linear in what comes out.
 ///
@@ -265,18 +276,18 @@ fn smooth_frame(cage: &Cage, vertex: usize, waves: &[[f64; 3]]) -> Option<LimitF
 }
 
 /// Whether there are no knot intervals, or all are the same and positive.
-fn is_uniform(cage: &Cage) -> bool {
+pub(crate) fn is_uniform(cage: &Cage) -> bool {
     cage.intervals.first().is_none_or(|&first| first > 0.0 && cage.intervals.iter().all(|&d| d == first))
 }
 
 /// Whether the scheme is uniform: no knot intervals, or all the same.
-pub(crate) fn check_uniform(cage: &Cage) -> Result<()> {
+pub(super) fn check_uniform(cage: &Cage) -> Result<()> {
     let Some(&first) = cage.intervals.first() else { return Ok(()) };
     let Some(edge) = cage.intervals.iter().position(|&d| d != first) else { return Ok(()) };
     let [from, to] = cage.topology.ends(edge).map(|v| v as usize);
     let problem = format!(
-        "has the knot interval {}, others {first}: places between vertices are known where all are equal; ask for the limits of \
-         vertices, or refine (each level has the limits of its own)",
+        "has the knot interval {}, others {first}: a piece with uniform knots is there where all are equal; a `SubdivisionSurface` \
+         has the places between vertices by intervals",
         cage.intervals[edge]
     );
     Err(SubdivisionError::Edge { from, to, problem })

@@ -16,7 +16,8 @@ mod uneven;
 pub(crate) mod weights;
 
 pub use limit::{all_limit_stencils, limit_frames, limit_points, limit_stencils, sectors};
-pub(crate) use limit::{check_uniform, limit_frames_of};
+pub(crate) use limit::{is_uniform, limit_frames_of, limit_position};
 pub use patch::{patch, patch_stencils};
+pub(crate) use refine::refined_intervals;
 pub use refine::{refine, refine_times};
 pub use refinement::Refinement;

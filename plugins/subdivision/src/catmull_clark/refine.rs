@@ -115,7 +115,7 @@ fn smooth_point(cage: &Cage, faces: &[Point], vertex: usize) -> Point {
 }
 
 /// The knot intervals of the cage refined once.
-pub(super) fn refined_intervals(cage: &Cage) -> Vec<f64> {
+pub(crate) fn refined_intervals(cage: &Cage) -> Vec<f64> {
     let topology = cage.topology();
     let d = |half: u32| cage.interval(topology.edge_of(half) as usize);
     let halved = 2 * topology.edge_count();

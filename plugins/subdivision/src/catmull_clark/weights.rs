@@ -28,42 +28,25 @@ impl<'a> Weights<'a> {
         weights
     }
 
+    /// The same of a part of a cage, where what is beyond the ends of edges is known from the whole; nothing for a uniform one.
+    pub(crate) fn with_beyond(cage: &'a Cage, beyond: Vec<[f64; 2]>) -> Self {
+        Self { cage, beyond }
+    }
+
     /// The intervals beyond both ends of an edge of a cage with intervals.
     pub(super) fn beyond(&self, edge: usize) -> [f64; 2] {
         self.beyond[edge]
     }
 
-    /// Beyond a crease or the boundary the intervals continue along it; across it, as at a corner, they are mirrored, which makes the
-    /// crease the spline of its own vertices.
     fn find_beyond(&mut self) {
-        let cage = self.cage;
-        let topology = cage.topology();
+        let topology = self.cage.topology();
         self.beyond = vec![[0.0; 2]; topology.edge_count()];
         for vertex in 0..topology.vertex_count() {
-            let edges: Vec<u32> = topology.vertex_edges(vertex).collect();
-            let n = edges.len();
-            let d = |k: usize| cage.interval(edges[k % n] as usize);
-            let kind = self.kind(vertex);
-            for (k, &edge) in edges.iter().enumerate() {
-                let beyond = match kind {
-                    Kind::Smooth => d(k + 2) + d(k + 2 * n - 2),
-                    Kind::Crease([a, b]) if k == a => 2.0 * d(b),
-                    Kind::Crease([a, b]) if k == b => 2.0 * d(a),
-                    _ => 2.0 * d(k),
-                };
-                let end = usize::from(topology.ends(edge as usize)[0] as usize != vertex);
-                self.beyond[edge as usize][end] = beyond;
+            for (edge, beyond) in beyond_at(self.cage, vertex) {
+                let end = usize::from(topology.ends(edge)[0] as usize != vertex);
+                self.beyond[edge][end] = beyond;
             }
         }
-    }
-
-    /// The sharpness of the edges round a vertex.
-    fn sharpnesses(&self, vertex: usize) -> SmallVec<[f64; 12]> {
-        self.cage.topology().vertex_edges(vertex).map(|edge| self.cage.sharpness(edge as usize)).collect()
-    }
-
-    fn kind(&self, vertex: usize) -> Kind {
-        kind(self.cage.vertex_sharpness(vertex), self.sharpnesses(vertex).iter().copied())
     }
 
     /// Whether nothing at a vertex is sharp. Cost: its valence where edges are sharp anywhere, and nothing otherwise.
@@ -83,7 +66,7 @@ impl<'a> Weights<'a> {
         if self.is_smooth(vertex) {
             return VertexRule::SMOOTH;
         }
-        vertex_rule(self.cage.vertex_sharpness(vertex), self.sharpnesses(vertex).iter().copied())
+        vertex_rule(self.cage.vertex_sharpness(vertex), sharpnesses(self.cage, vertex).iter().copied())
     }
 
     /// The new point of a face: the mean of its vertices, or `Σ w_i P_i / Σ w_i` with
@@ -241,6 +224,38 @@ impl<'a> Weights<'a> {
             sum.face(topology.face_of(half), each * parts[n + k]);
         }
     }
+}
+
+/// The sharpness of the edges round a vertex.
+fn sharpnesses(cage: &Cage, vertex: usize) -> SmallVec<[f64; 12]> {
+    cage.topology().vertex_edges(vertex).map(|edge| cage.sharpness(edge as usize)).collect()
+}
+
+/// The edges at a vertex, and the sum of the intervals beyond it of each.
+///
+/// Beyond a crease or the boundary the intervals continue along it; across it, as at a corner, they are mirrored, which makes the
+/// crease the spline of its own vertices.
+fn beyond_at(cage: &Cage, vertex: usize) -> impl Iterator<Item = (usize, f64)> {
+    let edges: SmallVec<[u32; 12]> = cage.topology().vertex_edges(vertex).collect();
+    let d: SmallVec<[f64; 12]> = edges.iter().map(|&e| cage.interval(e as usize)).collect();
+    let n = edges.len();
+    let kind = kind(cage.vertex_sharpness(vertex), sharpnesses(cage, vertex).iter().copied());
+    edges.into_iter().enumerate().map(move |(k, edge)| {
+        let beyond = match kind {
+            Kind::Smooth => d[(k + 2) % n] + d[(k + 2 * n - 2) % n],
+            Kind::Crease([a, b]) if k == a => 2.0 * d[b],
+            Kind::Crease([a, b]) if k == b => 2.0 * d[a],
+            _ => 2.0 * d[k],
+        };
+        (edge as usize, beyond)
+    })
+}
+
+/// The intervals beyond both ends of an edge. Cost: the valences of these.
+pub(crate) fn beyond_of(cage: &Cage, edge: usize) -> [f64; 2] {
+    cage.topology().ends(edge).map(|vertex| {
+        beyond_at(cage, vertex as usize).find(|(own, _)| *own == edge).map_or(0.0, |(_, beyond)| beyond)
+    })
 }
 
 /// The weights of the edges and of the faces at a smooth vertex where all of them vanish.

@@ -38,6 +38,12 @@ impl DeclaredShape for SubdivisionSurface {
             Field::optional("corners", "[[i, sharpness], …]", "none", "sharp vertices"),
             Field::optional("holes", "[face, …]", "none", "faces that are refined and not shown"),
             Field::optional(
+                "intervals",
+                "[[i, j, interval], …]",
+                "1 each",
+                "knot intervals of edges: on opposite edges of quads the same",
+            ),
+            Field::optional(
                 "boundary",
                 "\"edge-and-corner\" | \"edge-only\"",
                 "\"edge-and-corner\"",
@@ -69,7 +75,12 @@ impl DeclaredShape for SubdivisionSurface {
         let corners: Vec<Value> = corners.map(|v| serde_json::json!([v, said(cage.corner(v))])).collect();
         let holes: Vec<Value> =
             (0..topology.face_count()).filter(|&f| cage.is_hole(f)).map(Value::from).collect();
-        for (name, list) in [("creases", creases), ("corners", corners), ("holes", holes)] {
+        let uneven = (0..topology.edge_count()).filter(|&e| cage.interval(e) != 1.0);
+        let intervals: Vec<Value> = uneven
+            .filter_map(|e| topology.edge(e).map(|[a, b]| serde_json::json!([a, b, cage.interval(e)])))
+            .collect();
+        let lists = [("creases", creases), ("corners", corners), ("holes", holes), ("intervals", intervals)];
+        for (name, list) in lists {
             if !list.is_empty() {
                 fields = fields.with(name, list);
             }
@@ -104,6 +115,11 @@ impl DeclaredShape for SubdivisionSurface {
         for (place, [v], sharpness) in rows::<1>(fields, "corners")? {
             once.say(&[v], sharpness).map_err(wrong(&place))?;
             cage = cage.with_corner(v, sharpness).map_err(wrong(&place))?;
+        }
+        let mut once = Once::new("interval");
+        for (place, [a, b], interval) in rows::<2>(fields, "intervals")? {
+            once.say(&[a, b], interval).map_err(wrong(&place))?;
+            cage = cage.with_interval(a, b, interval).map_err(wrong(&place))?;
         }
         if let Some(holes) = fields.value("holes") {
             for hole in indices(fields, "holes", holes)? {
@@ -147,7 +163,7 @@ fn rows<const N: usize>(fields: &Parameters, name: &str) -> Result<Vec<Sharp<N>>
     }
     let row = |(k, value): (usize, &Value)| {
         let place = format!("{name}[{k}]");
-        let wrong = || fields.error(&place, format!("a list of {N} indices and a sharpness is needed"));
+        let wrong = || fields.error(&place, format!("a list of {N} indices and a number is needed"));
         let list = value.as_array().filter(|list| list.len() == N + 1).ok_or_else(wrong)?;
         let mut found = [0; N];
         for (index, value) in found.iter_mut().zip(list) {

@@ -29,7 +29,8 @@ impl Corner {
         let [a, b] = limit.tangents.map(|t| t.apply(cage.points()));
         let topology = cage.topology();
         let edges: Vec<u32> = topology.vertex_edges(vertex).collect();
-        let smooth = edges.len() > 2
+        let smooth = !cage.has_intervals()
+            && edges.len() > 2
             && cage.vertex_sharpness(vertex) <= 0.0
             && edges.iter().all(|&e| cage.sharpness(e as usize) <= 0.0);
         let mut along = BTreeMap::new();
@@ -106,6 +107,15 @@ impl Quad<'_> {
         Ok(piece.map(|piece| bezier(&net_of(&piece, |k| self.point(k)))))
     }
 
+    /// The Bézier points of the surface at a corner of a quadrant of the first level, and how many times the quad is as large: where the
+    /// quadrant is no piece, those of its part there.
+    fn at_corner(&self, quadrant: Quadrant, corner: usize) -> Result<Option<(Net, f64)>> {
+        if let Some(net) = self.piece(quadrant)? {
+            return Ok(Some((net, 2.0)));
+        }
+        Ok(self.piece(quadrant.parts()[corner])?.map(|net| (net, 4.0)))
+    }
+
     /// The patch; sides that a neighbour has had are its.
     fn patch(
         &self,
@@ -114,21 +124,23 @@ impl Quad<'_> {
         sides: &mut BTreeMap<u32, [Vector; 4]>,
     ) -> Result<Option<Net>> {
         let [_, one, two, three] = Quadrant::WHOLE.parts();
-        let (Some(one), Some(two), Some(three)) = (self.piece(one)?, self.piece(two)?, self.piece(three)?)
-        else {
-            return Ok(None);
-        };
         let mut all = [Vector::zeros(); 16];
-        // Each regular corner, seen from there: position, slopes and twist of the quadrant, which is half as large.
-        for (turn, piece) in [(1, &one), (2, &two), (3, &three)] {
-            let own = turned(piece, turn);
+        // Each regular corner, seen from there: position, slopes and twist of the quadrant, which is half as large or less.
+        for (turn, quadrant) in [(1, one), (2, two), (3, three)] {
+            let Some((piece, times)) = self.at_corner(quadrant, turn)? else { return Ok(None) };
+            let own = turned(&piece, turn);
             let (a, b, c, d) = (own[0], own[4], own[1], own[5]);
-            let (u, v) = (a + (b - a) * 2.0, a + (c - a) * 2.0);
-            let seen = [(0, a), (4, u), (1, v), (5, u + v - a + (d - b - c + a) * 4.0)];
+            let (u, v) = (a + (b - a) * times, a + (c - a) * times);
+            let seen = [(0, a), (4, u), (1, v), (5, u + v - a + (d - b - c + a) * (times * times))];
             let mut other = turned(&all, turn);
             seen.into_iter().for_each(|(k, p)| other[k] = p);
             all = turned(&other, 4 - turn);
         }
+        let (Some((one, _)), Some((two, _)), Some((three, _))) =
+            (self.at_corner(one, 0)?, self.at_corner(two, 0)?, self.at_corner(three, 0)?)
+        else {
+            return Ok(None);
+        };
         // Along u from the corner, and along v: what is known of either side are its last two points.
         let along_u =
             *sides.entry(edges[0]).or_insert_with(|| corner.side(edges[0], one[0], [all[8], all[12]]));
@@ -151,8 +163,17 @@ impl Quad<'_> {
         let mut most = 64.0 * f64::EPSILON * size;
         for level in 1..=LEVELS {
             let part = 0.5_f64.powi(level as i32);
-            for quadrant in first_of(level - 1).parts().into_iter().skip(1) {
-                let Some(piece) = self.piece(quadrant)? else { return Ok(None) };
+            let mut rest = first_of(level - 1).parts()[1..].to_vec();
+            while let Some(quadrant) = rest.pop() {
+                let piece = match self.piece(quadrant)? {
+                    Some(piece) => piece,
+                    None if quadrant.level == level => {
+                        rest.extend(quadrant.parts());
+                        continue;
+                    }
+                    None => return Ok(None),
+                };
+                let part = 0.5_f64.powi(quadrant.level as i32);
                 let side = |k: u64| [k as f64 * part, (k + 1) as f64 * part];
                 let own = cut(patch, side(quadrant.i), side(quadrant.j));
                 let apart = piece.iter().zip(&own).map(|(a, b)| (a - b).norm());

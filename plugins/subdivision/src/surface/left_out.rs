@@ -75,7 +75,7 @@ impl SubdivisionSurface {
     fn area_left(&self, local: &Local, ring: &[Vector], known: &mut Known) -> Result<f64> {
         let cage = local.cage();
         let corner = Pattern::of_quad(cage, 0).corners.iter().position(|c| c.extraordinary).unwrap_or(0);
-        let near = Near::from_corner(cage, 0, corner)?;
+        let near = Near::of_local(local, corner)?;
         let point = |k: usize| ring[near.base[k] as usize];
         let mut area = 0.0;
         for level in 1..=OWN {
@@ -100,10 +100,10 @@ impl SubdivisionSurface {
     /// By how much of its squared diameter the area over the face of a neighbourhood is bounded, whatever its points are.
     fn share(&self, local: &Local) -> Result<f64> {
         let cage = local.cage();
-        let near = Near::from_corner(cage, 0, 0)?;
+        let near = Near::of_local(local, 0)?;
         let last = self.layout.templates.local(cage, &near, first_of(APART))?;
         let shrinks = spread(&last);
-        if Near::from_corner(last.cage(), 0, 0)?.key() != near.key() || shrinks >= 1.0 {
+        if Near::of_local(&last, 0)?.key() != near.key() || shrinks >= 1.0 {
             let problem =
                 "has surroundings that do not become alike where it is refined: its area cannot be bounded"
                     .to_owned();
@@ -119,11 +119,21 @@ impl SubdivisionSurface {
         Ok(area / (1.0 - shrinks * shrinks))
     }
 
-    /// The three pieces of a level beside the quadrant of the first corner.
+    /// The three pieces of a level beside the quadrant of the first corner; of one that is none on this level its parts.
     fn beside(&self, cage: &Cage, near: &Near, level: u32) -> Result<Vec<std::sync::Arc<Piece>>> {
         let mut all = Vec::with_capacity(3);
-        for quadrant in first_of(level - 1).parts().into_iter().skip(1) {
-            all.extend(self.layout.templates.piece(cage, near, quadrant)?);
+        let mut rest: Vec<Quadrant> = first_of(level - 1).parts()[1..].to_vec();
+        while let Some(quadrant) = rest.pop() {
+            match self.layout.templates.piece(cage, near, quadrant)? {
+                Some(piece) => all.push(piece),
+                None if quadrant.level < level + 4 => rest.extend(quadrant.parts()),
+                None => {
+                    let problem =
+                        "has surroundings that do not become regular where they are refined: its area cannot be bounded"
+                            .to_owned();
+                    return Err(SubdivisionError::Face { face: 0, problem });
+                }
+            }
         }
         Ok(all)
     }

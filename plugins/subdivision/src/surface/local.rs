@@ -4,7 +4,8 @@ use loftsman_kernel::shape::Stencil;
 
 use super::regular;
 use crate::cage::{Cage, decayed};
-use crate::catmull_clark::{limit_stencils, sectors, weights::Weights};
+use crate::catmull_clark::weights::{Weights, beyond_of};
+use crate::catmull_clark::{limit_stencils, refined_intervals, sectors};
 use crate::error::{Result, SubdivisionError};
 use crate::frame::LimitStencils;
 use crate::part::{Part, Said};
@@ -22,17 +23,25 @@ pub(super) struct Local {
     width: usize,
     /// One row after another, each as long.
     rows: Vec<f64>,
+    /// What is beyond the ends of edges, with knot intervals: on the rim it is not there to be seen.
+    beyond: Vec<[f64; 2]>,
 }
 
 impl Local {
-    /// A face of a cage as it is.
-    pub(super) fn new(cage: &Cage, part: &Part) -> Result<Self> {
+    /// A face of a cage as it is, and what is [beyond](Part::beyond) the edges of its part.
+    pub(super) fn new(cage: &Cage, part: &Part, beyond: &[[f64; 2]]) -> Result<Self> {
         let width = part.kept.len();
         let mut rows = vec![0.0; width * width];
         rows.iter_mut().step_by(width + 1).for_each(|c| *c = 1.0);
-        let said = Said { crease: &|e| cage.crease(e), corner: &|v| cage.corner(v), interval: None };
+        let interval = |e| cage.interval(e);
+        let said = Said {
+            crease: &|e| cage.crease(e),
+            corner: &|v| cage.corner(v),
+            interval: cage.has_intervals().then_some(&interval as &dyn Fn(usize) -> f64),
+        };
         let small = part.cage(cage.topology(), &said, cage.boundary())?;
-        Ok(Self { cage: small, width, rows })
+        let beyond = if cage.has_intervals() { Part::by_edge(small.topology(), beyond) } else { Vec::new() };
+        Ok(Self { cage: small, width, rows, beyond })
     }
 
     /// The refined face at a corner, with what is round it; its first corner is number `start` of corner, edge that follows, middle,
@@ -44,12 +53,16 @@ impl Local {
         let part = around(&split, topology.face_corners(0).start + corner, start)?;
         let (vertices, edges) = (topology.vertex_count(), topology.edge_count());
         let mut faces = vec![0.0; topology.face_count() * width];
+        let weights = Weights::with_beyond(cage, self.beyond.clone());
         for (face, row) in faces.chunks_exact_mut(width).enumerate() {
+            if cage.has_intervals() {
+                weights.face(face, |v, share| add(row, self.row(v as usize), share));
+                continue;
+            }
             let corners = topology.face(face);
             let share = 1.0 / corners.len() as f64;
             corners.iter().for_each(|&v| add(row, self.row(v as usize), share));
         }
-        let weights = Weights::new(cage);
         let mut rows = vec![0.0; part.kept.len() * width];
         for (&child, row) in part.kept.iter().zip(rows.chunks_exact_mut(width)) {
             let child = child as usize;
@@ -62,13 +75,34 @@ impl Local {
                 sum.face((child - vertices - edges) as u32, 1.0);
             }
         }
+        if cage.has_intervals() {
+            return self.by_intervals(split, &part, rows);
+        }
         let said = Said {
             crease: &|e| if e < 2 * edges { decayed(cage.crease(e / 2)) } else { 0.0 },
             corner: &|v| if v < vertices { decayed(cage.corner(v)) } else { 0.0 },
             interval: None,
         };
         let small = part.cage(&split, &said, cage.boundary())?;
-        Ok(Self { cage: small, width, rows })
+        Ok(Self { cage: small, width, rows, beyond: Vec::new() })
+    }
+
+    /// A part of the refined neighbourhood with its knot intervals. These are doubled, for only their ratios count.
+    fn by_intervals(&self, split: Topology, part: &Part, rows: Vec<f64>) -> Result<Self> {
+        let cage = &self.cage;
+        let (vertices, edges) = (cage.topology().vertex_count(), cage.topology().edge_count());
+        let fine = Cage {
+            points: Vec::new(),
+            creases: (0..2 * edges).map(|e| decayed(cage.crease(e / 2))).collect(),
+            corners: (0..vertices).map(|v| decayed(cage.corner(v))).collect(),
+            holes: Vec::new(),
+            intervals: refined_intervals(cage).into_iter().map(|d| 2.0 * d).collect(),
+            end_intervals: Vec::new(),
+            boundary: cage.boundary(),
+            topology: split.into(),
+        };
+        let small = Self::new(&fine, part, &part.beyond(fine.topology(), |e| beyond_of(&fine, e)))?;
+        Ok(Self { width: self.width, rows, ..small })
     }
 
     /// The number of vertices that rows are over.
@@ -81,6 +115,11 @@ impl Local {
         &self.cage
     }
 
+    /// What is beyond the ends of an edge of [`cage`](Self::cage), where there are knot intervals.
+    pub(super) fn beyond(&self, edge: usize) -> [f64; 2] {
+        self.beyond.get(edge).copied().unwrap_or_default()
+    }
+
     /// The row of a vertex of [`cage`](Self::cage).
     pub(super) fn row(&self, vertex: usize) -> &[f64] {
         &self.rows[vertex * self.width..(vertex + 1) * self.width]
@@ -89,7 +128,7 @@ impl Local {
     /// For each vertex that rows are over the 16 numbers by which it counts in the vertices of the bicubic net; `None` where the face is
     /// not regular.
     pub(super) fn net(&self) -> Option<Vec<[f64; 16]>> {
-        let net = regular::net(&self.cage, 0)?;
+        let net = regular::net_by(&self.cage, 0, &|e| self.beyond[e])?;
         let mut columns = vec![[0.0; 16]; self.width];
         for (place, row) in net.iter().enumerate() {
             for &(v, weight) in row {

@@ -17,10 +17,12 @@ pub(crate) mod pattern;
 mod places;
 mod regular;
 mod sampled;
+mod spans;
 mod template;
 mod tessellate;
 mod tree;
 mod triangle;
+mod uneven;
 
 use std::sync::Arc;
 
@@ -32,7 +34,7 @@ use loftsman_kernel::shape::{
 use smallvec::SmallVec;
 
 use crate::cage::{Cage, present};
-use crate::catmull_clark::limit_stencils;
+use crate::catmull_clark::{limit_position, limit_stencils};
 use crate::error::{Result, SubdivisionError};
 use crate::topology::NONE;
 
@@ -61,6 +63,11 @@ const LEVELS: u32 = 40;
 /// extraordinary vertex itself, and within 2⁻⁴⁰ of it, it is the limit position; first derivatives there are tangents whose lengths say
 /// nothing, and higher ones do not exist. `Location::Vertex(vertex)` is the limit of a vertex of the cage, `[1, 0]` and `[0, 1]` two
 /// tangents there.
+///
+/// *Knot intervals.* Where opposite edges of every quad have the same (a row of faces has one interval, as the knots of a tensor-product
+/// spline), the surface consists of bicubic pieces again: of a grid it is the spline with these knots, and round an extraordinary vertex
+/// there are rings of pieces, whatever the intervals of the vertex's edges are. Faces keep `[0, 1]²`. At extraordinary vertices tangents span the
+/// tangent plane, in no particular direction. A face whose interval in one direction is 0 is a curve, or a point.
 ///
 /// *Cost.* Making one is linear in the cage. A row costs what is near, whatever the size of the cage: some 2 µs where the face is regular.
 /// Where it is not, faces with the same surroundings (the same valences and creases, whatever their places) have the same pieces: the
@@ -92,11 +99,12 @@ pub struct SubdivisionSurface {
 }
 
 impl SubdivisionSurface {
-    /// The limit surface of a cage. Knot intervals that are all equal are left out, for they change nothing. Cost: linear.
+    /// The limit surface of a cage. Knot intervals that are all equal are left out, for they change nothing. Cost: linear; with knot
+    /// intervals some microseconds a face more.
     ///
     /// # Errors
-    /// When knot intervals differ, for then only the limits of vertices are known ([`limit_stencils`]), not places between; when all faces
-    /// are holes.
+    /// When knot intervals differ on opposite edges of a quad (of another face: on an edge and the next but one): the surface there consists of
+    /// no pieces, and only the limits of vertices are known ([`limit_stencils`]); when all faces are holes.
     pub fn new(cage: Cage) -> Result<Self> {
         Self::with_depth(cage, DEPTH)
     }
@@ -117,8 +125,16 @@ impl SubdivisionSurface {
             let (place, value) = ("cells".to_owned(), f64::from(depth));
             return Err(SubdivisionError::Value { what: "depth", place, value, needed: "from 1 to 24" });
         }
-        crate::catmull_clark::check_uniform(&cage)?;
-        (cage.intervals, cage.end_intervals) = (Vec::new(), Vec::new());
+        if crate::catmull_clark::is_uniform(&cage) {
+            cage.intervals = Vec::new();
+        }
+        cage.end_intervals = Vec::new();
+        if let Some(face) = spans::uneven_face(&cage) {
+            return Err(uneven::differs(&cage, face));
+        }
+        if let Some(edge) = spans::vanishing_edge(&cage) {
+            return Err(uneven::vanishes(&cage, edge));
+        }
         let layout = Arc::new(Layout::new(&cage, depth)?);
         Ok(Self { cage, layout, depth })
     }
@@ -222,6 +238,9 @@ impl SubdivisionSurface {
                     NONE => format!("corner {corner} of face {of} of the cage"),
                     _ => format!("corner {corner} of part {part} of face {of} of the cage"),
                 };
+                if self.cage.has_intervals() {
+                    return self.uneven_corner(face, corner, by);
+                }
                 let (root, near) = leaf::root(&self.cage, &self.layout, face).map_err(refused)?;
                 let limit = root.limit(corner).map_err(refused)?;
                 let back = |s: &Stencil| s.iter().map(|(k, c)| (near.base[k] as usize, c)).collect();
@@ -295,6 +314,9 @@ impl Shape for SubdivisionSurface {
                     return Err(Error::Invalid(format!(
                         "vertex {vertex} has nothing but holes round it, where there is no surface: ask of a vertex of a face that is shown"
                     )));
+                }
+                if by == Derivative::POSITION {
+                    return limit_position(&self.cage, vertex as usize).map_err(refused);
                 }
                 let limit = limit_stencils(&self.cage, vertex as usize, 0).map_err(refused)?;
                 of_limit(limit, by, || format!("vertex {vertex}"))

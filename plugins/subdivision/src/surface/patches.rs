@@ -110,7 +110,7 @@ impl Front {
     /// The next level. What is not round open faces is left behind: the vertices on the rim are wrong there, and no open face's
     /// neighbours have them.
     fn refined(&self) -> Result<Self> {
-        let part = Part::of_faces(self.cage.topology(), &self.open);
+        let part = Part::to_refine(&self.cage, &self.open);
         let cage = part.to_cage(&self.cage)?;
         let corners: usize = (0..self.open.len()).map(|f| cage.topology().face(f).len()).sum();
         Ok(Self { cage: refine(&cage)?, open: (0..corners).collect() })
@@ -192,7 +192,10 @@ fn alone(cage: &Cage, face: usize) -> Option<usize> {
     let pattern = Pattern::of_quad(cage, face);
     let corner = pattern.corners.iter().position(|c| c.extraordinary)?;
     let others = Quadrant::WHOLE.parts().into_iter().enumerate().filter(|(k, _)| *k != corner);
-    let regular = others.into_iter().all(|(_, quadrant)| pattern.is_regular(quadrant));
+    // With knot intervals the parts of these are pieces where they are none.
+    let is_piece =
+        |q: Quadrant| pattern.is_regular(q) || q.parts().into_iter().all(|q| pattern.is_regular(q));
+    let regular = others.into_iter().all(|(_, quadrant)| is_piece(quadrant));
     (pattern.steps() == 0 && regular).then_some(corner)
 }
 

@@ -1,5 +1,6 @@
 //! Which quadrants of a face are bicubic: known from what its corners and edges are, without refining anything.
 
+use super::regular;
 use crate::cage::{Cage, INFINITELY_SHARP};
 
 /// What a corner of a face is.
@@ -16,6 +17,21 @@ pub(crate) struct Corner {
 pub(crate) struct Pattern {
     pub(crate) corners: [Corner; 4],
     pub(crate) edges: [u8; 4],
+    /// Levels before there are pieces anywhere: with knot intervals, where those round it are no tensor-product spline's yet.
+    pub(crate) before: u8,
+    /// So many quadrants side by side from an extraordinary corner are none: 1, and 2 with knot intervals, for these say different things on
+    /// the two sides of an edge that ends there.
+    pub(crate) reach: Reach,
+}
+
+/// Quadrants at an extraordinary corner that are not bicubic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub(crate) enum Reach {
+    /// The one at the corner.
+    #[default]
+    One,
+    /// Two by two.
+    Two,
 }
 
 /// A quadrant: `[i, i + 1] × [j, j + 1]` of `2^-level`.
@@ -64,7 +80,17 @@ impl Pattern {
             *corner = Corner::new(cage, half as u32);
             *edge = levels(cage.sharpness(cage.topology().edge_of(half as u32) as usize));
         }
-        pattern
+        pattern.by_intervals(cage, || regular::net(cage, face).is_some())
+    }
+
+    /// With what knot intervals do to it. A face with an extraordinary corner has no piece on its first level anyway.
+    fn by_intervals(mut self, cage: &Cage, is_piece: impl Fn() -> bool) -> Self {
+        if cage.has_intervals() {
+            self.reach = Reach::Two;
+            let has_piece = self.corners.iter().any(|c| c.extraordinary) || self.steps() > 0 || is_piece();
+            self.before = u8::from(!has_piece);
+        }
+        self
     }
 
     /// That of the part of a face, not a quad, at one of its corners, after a refinement.
@@ -76,13 +102,17 @@ impl Pattern {
         let own = Corner { steps: own.steps.saturating_sub(1), ..own };
         let on_edge = |steps: u8| Corner { steps, extraordinary: false };
         let middle = Corner { steps: 0, extraordinary: true };
-        Self { corners: [own, on_edge(next), middle, on_edge(before)], edges: [next, 0, 0, before] }
+        let corners = [own, on_edge(next), middle, on_edge(before)];
+        Self { corners, edges: [next, 0, 0, before], ..Self::default() }.by_intervals(cage, || false)
     }
 
     /// Whether the surface is bicubic on a quadrant.
     pub(crate) fn is_regular(&self, quadrant: Quadrant) -> bool {
         let Quadrant { level, i, j } = quadrant;
         let last = 1u64 << level.min(60);
+        if level < u32::from(self.before) || self.is_reached(quadrant) {
+            return false;
+        }
         [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].into_iter().all(|(a, b)| {
             let corner = match (a == 0, a == last, b == 0, b == last) {
                 (true, _, true, _) => self.corners[0],
@@ -99,6 +129,21 @@ impl Pattern {
         })
     }
 
+    /// Whether a quadrant is next to that of an extraordinary corner, and that counts.
+    fn is_reached(&self, Quadrant { level, i, j }: Quadrant) -> bool {
+        if self.reach == Reach::One {
+            return false;
+        }
+        let last = (1u64 << level.min(60)) - 1;
+        let from = [
+            [i, j],
+            [last - i.min(last), j],
+            [last - i.min(last), last - j.min(last)],
+            [i, last - j.min(last)],
+        ];
+        self.corners.iter().zip(from).any(|(corner, [a, b])| corner.extraordinary && a < 2 && b < 2)
+    }
+
     fn on(&self, edge: usize) -> Corner {
         Corner { steps: self.edges[edge], extraordinary: false }
     }
@@ -106,7 +151,7 @@ impl Pattern {
     /// The levels until only extraordinary vertices are left.
     pub(crate) fn steps(&self) -> u32 {
         let corners = self.corners.iter().map(|c| c.steps);
-        u32::from(corners.chain(self.edges).max().unwrap_or(0))
+        u32::from(corners.chain(self.edges).chain([self.before]).max().unwrap_or(0))
     }
 
     /// The largest quadrants that are bicubic, down to `depth` levels below those that are sharp, and those of the last level that are
@@ -119,6 +164,9 @@ impl Pattern {
                 all.push(quadrant);
             } else if quadrant.level < last {
                 rest.extend(quadrant.parts().into_iter().rev());
+            } else if quadrant.parts().into_iter().all(|part| self.is_regular(part)) {
+                // Beside an extraordinary corner with knot intervals.
+                all.extend(quadrant.parts());
             } else {
                 left.push(quadrant);
             }

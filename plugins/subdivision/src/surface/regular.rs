@@ -2,7 +2,9 @@
 
 use smallvec::{SmallVec, smallvec};
 
+use super::spans::Around;
 use crate::cage::{Cage, INFINITELY_SHARP};
+use crate::catmull_clark::weights::beyond_of;
 use crate::topology::Topology;
 
 /// Coefficients of vertices of the cage: four at most, those of a corner mirrored twice.
@@ -23,21 +25,58 @@ const PLACES: [([isize; 2], [isize; 2], [isize; 2]); 4] = [
 /// quads and nothing sharp; two quads between two edges of a crease or boundary; one quad between two sharp edges at a corner. The other
 /// side of a crease does not matter. Beyond a crease the net is mirrored in it, as [`patch_stencils`](crate::catmull_clark::patch_stencils)
 /// does beyond a boundary. Cost: the valences of the corners.
+///
+/// With knot intervals the face is regular where they are, too, those of a tensor-product spline: the same along parallel edges, as far as
+/// they have a say. The net is that of the same patch with uniform knots over the face.
 pub(super) fn net(cage: &Cage, face: usize) -> Option<[Row; 16]> {
+    net_by(cage, face, &|edge| beyond_of(cage, edge))
+}
+
+/// The same of a part of a cage, where it is said what is beyond the ends of edges.
+pub(super) fn net_by(cage: &Cage, face: usize, beyond: &dyn Fn(usize) -> [f64; 2]) -> Option<[Row; 16]> {
     let topology = cage.topology();
     let corners = topology.face_corners(face);
     if corners.len() != 4 {
         return None;
     }
     let mut net: [Row; 16] = std::array::from_fn(|_| Row::default());
+    let mut around = Around::default();
     for (half, (at, a, b)) in corners.zip(PLACES) {
         let rows = corner(cage, half as u32)?;
+        if cage.has_intervals() {
+            quads(cage, half as u32, &mut |quad, turns| {
+                let [c, d] = [[-a[0], -a[1]], [-b[0], -b[1]]];
+                let mut directions = [a, b, c, d];
+                directions.rotate_left(turns);
+                around.quad(cage, quad, at, directions, beyond);
+            });
+        }
         for (row, back) in rows.into_iter().zip([[0, 0], [1, 0], [0, 1], [1, 1]]) {
             let [i, j] = [0, 1].map(|k| (at[k] - back[0] * a[k] - back[1] * b[k]) as usize);
             net[4 * i + j] = row;
         }
     }
-    Some(net)
+    if cage.has_intervals() { around.uniform(net) } else { Some(net) }
+}
+
+/// The quads at a regular corner that its net is made of, by the half-edges that leave it in them, and how often each is turned
+/// counterclockwise from the face itself.
+fn quads(cage: &Cage, half: u32, each: &mut dyn FnMut(u32, usize)) {
+    let topology = cage.topology();
+    let sharp = |h: u32| cage.sharpness(topology.edge_of(h) as usize) >= INFINITELY_SHARP;
+    each(half, 0);
+    let (right, left) = (sharp(half), sharp(topology.previous(half)));
+    if !left {
+        let second = turn(topology, half);
+        each(second, 1);
+        if !right {
+            let third = turn(topology, second);
+            each(third, 2);
+            each(turn(topology, third), 3);
+        }
+    } else if !right {
+        each(topology.next(topology.twin(half)), 3);
+    }
 }
 
 /// Of a corner of a face: its own row, and those beyond it along the edge that follows, along the one before, and across.

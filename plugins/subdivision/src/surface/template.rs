@@ -9,6 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::local::{Local, around};
 use super::pattern::Quadrant;
 use crate::cage::Cage;
+use crate::catmull_clark::weights::beyond_of;
 use crate::error::Result;
 use crate::part::Part;
 use crate::topology::NONE;
@@ -26,6 +27,8 @@ pub(super) struct Near {
     part: Part,
     /// Whether it is the part of a face, no quad, at a corner.
     divided: bool,
+    /// What is beyond the edges of its part, with knot intervals.
+    beyond: Vec<[f64; 2]>,
     key: Vec<u32>,
 }
 
@@ -59,17 +62,26 @@ impl Near {
     pub(super) fn new(cage: &Cage, face: u32, corner: u32) -> Result<Self> {
         let divided = corner != NONE;
         let part = around(cage.topology(), face as usize, if divided { corner as usize } else { 0 })?;
-        let mut key = part.key(cage);
-        key.push(u32::from(divided));
-        Ok(Self { base: part.kept.clone(), part, divided, key })
+        Ok(Self::of(cage, part, divided, |e| beyond_of(cage, e)))
     }
 
     /// Of a face of the cage, seen from one of its corners.
     pub(super) fn from_corner(cage: &Cage, face: usize, corner: usize) -> Result<Self> {
         let part = around(cage.topology(), face, corner)?;
-        let mut key = part.key(cage);
-        key.push(0);
-        Ok(Self { base: part.kept.clone(), part, divided: false, key })
+        Ok(Self::of(cage, part, false, |e| beyond_of(cage, e)))
+    }
+
+    /// Of the face of a neighbourhood, seen from one of its corners.
+    pub(super) fn of_local(local: &Local, corner: usize) -> Result<Self> {
+        let part = around(local.cage().topology(), 0, corner)?;
+        Ok(Self::of(local.cage(), part, false, |e| local.beyond(e)))
+    }
+
+    fn of(cage: &Cage, part: Part, divided: bool, beyond: impl Fn(usize) -> [f64; 2]) -> Self {
+        let beyond = if cage.has_intervals() { part.beyond(cage.topology(), beyond) } else { Vec::new() };
+        let mut key = part.key(cage, &beyond);
+        key.push(u32::from(divided));
+        Self { base: part.kept.clone(), part, divided, beyond, key }
     }
 
     /// What the surroundings are, as numbers: faces for which these are equal have the same rows.
@@ -79,7 +91,7 @@ impl Near {
 
     /// The face of the surface as it is before any place on it is looked for.
     pub(super) fn root(&self, cage: &Cage) -> Result<Local> {
-        let local = Local::new(cage, &self.part)?;
+        let local = Local::new(cage, &self.part, &self.beyond)?;
         if self.divided { local.refined(0, 0) } else { Ok(local) }
     }
 }

@@ -52,8 +52,8 @@ pub(super) fn tessellate(states: &[&SubdivisionSurface], fineness: &Fineness) ->
     let alike = |s: &&SubdivisionSurface| {
         let (a, b) = (&s.cage, &first.cage);
         a.topology() == b.topology()
-            && (&a.creases, &a.corners, &a.holes, a.boundary)
-                == (&b.creases, &b.corners, &b.holes, b.boundary)
+            && (&a.creases, &a.corners, &a.holes, &a.intervals, a.boundary)
+                == (&b.creases, &b.corners, &b.holes, &b.intervals, b.boundary)
     };
     if !states.iter().all(alike) {
         return Err(Error::Invalid(

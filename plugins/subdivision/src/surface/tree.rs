@@ -204,7 +204,7 @@ impl Tree {
         let (before, names) = if 2 * faces.len() > topology.face_count() {
             (cages.clone(), names.clone())
         } else {
-            let part = Part::of_faces(topology, &faces);
+            let part = Part::to_refine(&cages[0], &faces);
             let first = part.to_cage(&cages[0]).map_err(refused)?;
             let moved = cages.iter().map(|cage| Cage {
                 points: part.kept.iter().map(|&v| cage.points()[v as usize]).collect(),

@@ -113,7 +113,7 @@ impl Layout {
             let corner = |extraordinary| Corner { steps: 0, extraordinary };
             let plain = Corner::default();
             let corners = [corner(kind & 1 == 1), plain, corner(kind & 2 == 2), plain];
-            Pattern { corners, edges: [0; 4] }.quadrants(depth).0
+            Pattern { corners, ..Pattern::default() }.quadrants(depth).0
         });
         let mut cells = vec![0];
         let (mut count, mut edges) = (0, Vec::new());
