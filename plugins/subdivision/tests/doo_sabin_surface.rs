@@ -12,11 +12,12 @@ use loftsman_fairing::{Fair, bend};
 use loftsman_kernel::conformance::{kind_conformance, shape_conformance};
 use loftsman_kernel::edit::{Ask, Edit};
 use loftsman_kernel::functional::{derivative, position};
-use loftsman_kernel::plugin::{Chord, DeclaredShape, Drawn, Fineness, KindOf, ShapeKind, Splines};
+use loftsman_kernel::mesh::Mesh;
+use loftsman_kernel::plugin::{Chord, DeclaredShape, Drawn, Faceted, Fineness, KindOf, ShapeKind, Splines};
 use loftsman_kernel::shape::{Derivative, Location, Shape, cells_of, strips};
 use loftsman_kernel::space::Space;
 use loftsman_kernel::spline::{Direction, Surface};
-use loftsman_kernel::{Point, Vector};
+use loftsman_kernel::{Error, Point, Vector};
 use loftsman_subdivision::Cage;
 use loftsman_subdivision::doo_sabin::{DooSabinSurface, limit_frames, refine, refine_times};
 
@@ -233,56 +234,161 @@ fn energies_of_levels_go_on_as_is_said() {
     }
 }
 
-#[test]
-fn triangles_are_near_and_do_not_gape() {
-    for (name, cage) in [
-        ("cube", shapes::cube()),
-        ("fan", shapes::fan(5, 5, true, 0.1)),
-        ("hole", shapes::cube().with_hole(1).unwrap()),
-        ("torus", shapes::grid(5, 6, [true, true], 0.2)),
-    ] {
-        let surface = DooSabinSurface::new(cage).unwrap();
-        for part in [2e-2, 1e-3] {
-            let fine = Fineness { chord: Chord::Relative(part), angle: 1.0 };
-            let faceted = DooSabinSurface::tessellate(&[&surface], &fine).unwrap();
-            assert!(faceted.certified && faceted.error <= faceted.tolerance, "{name}");
-            let Drawn::Mesh(mesh) = &faceted.drawn else { panic!("it is a surface") };
-            for (p, at) in mesh.points().iter().zip(&faceted.places) {
-                assert!(
-                    (p.coords - surface.value(*at, Derivative::POSITION).unwrap()).norm() < 1e-13,
-                    "{name}"
-                );
-            }
-            // Every side of a triangle has another one, or is on the boundary.
-            let mut sides: BTreeMap<(u32, u32), i32> = BTreeMap::new();
-            for f in 0..mesh.face_count() {
-                let c = &mesh.corners()[3 * f..3 * f + 3];
-                for k in 0..3 {
-                    let (a, b) = (c[k], c[(k + 1) % 3]);
-                    *sides.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
-                }
-            }
-            let open = sides.values().filter(|s| **s != 0).count();
-            let edges = surface.edges().unwrap().count();
-            let per_side = ((mesh.face_count() / surface.faces().unwrap() / 2) as f64).sqrt() as usize;
-            assert_eq!(open, edges * per_side, "{name}");
-            // Places between points, against the nearest triangle of all.
-            for face in 0..surface.faces().unwrap().min(6) as u32 {
-                for (u, v) in [(0.31, 0.77), (0.05, 0.02), (0.6, 0.61)] {
-                    let p = surface.value(Location::Face(face, u, v), Derivative::POSITION).unwrap();
-                    let near = (0..mesh.face_count())
-                        .map(|f| {
-                            distance(
-                                p,
-                                [0, 1, 2].map(|k| mesh.points()[mesh.corners()[3 * f + k] as usize].coords),
-                            )
-                        })
-                        .fold(f64::INFINITY, f64::min);
-                    assert!(near <= faceted.error + 1e-12, "{name} {near} {}", faceted.error);
-                }
-            }
+fn triangles(surface: &DooSabinSurface, chord: Chord, angle: f64) -> (Faceted, Mesh) {
+    let faceted = DooSabinSurface::tessellate(&[surface], &Fineness { chord, angle }).unwrap();
+    assert!(faceted.certified && faceted.error <= faceted.tolerance, "{}", faceted.error);
+    let Drawn::Mesh(mesh) = faceted.drawn.clone() else { panic!("it is a surface") };
+    (faceted, mesh)
+}
+
+/// The sides of triangles that have no other beside them; no side has more than one, or one that runs the same way.
+fn open_sides(mesh: &Mesh) -> Vec<[u32; 2]> {
+    let mut sides: BTreeMap<[u32; 2], [usize; 2]> = BTreeMap::new();
+    for c in mesh.corners().chunks(3) {
+        for k in 0..3 {
+            let (a, b) = (c[k], c[(k + 1) % 3]);
+            assert_ne!(a, b);
+            sides.entry([a.min(b), a.max(b)]).or_default()[usize::from(a > b)] += 1;
         }
     }
+    assert!(sides.values().all(|ways| ways[0] <= 1 && ways[1] <= 1));
+    sides.into_iter().filter(|(_, ways)| ways[0] + ways[1] == 1).map(|(side, _)| side).collect()
+}
+
+/// How long the boundary of a surface is, by chords of many places.
+fn boundary_length(surface: &DooSabinSurface) -> f64 {
+    let edges = surface.edges().unwrap();
+    let length = |index: usize| {
+        let edge = edges.edge(index).unwrap();
+        let at = |k: u32| {
+            let t = f64::from(k) / 512.0;
+            let (u, v) = if edge.along_u { (t, edge.fixed) } else { (edge.fixed, t) };
+            surface.value(Location::Face(edge.face.unwrap(), u, v), Derivative::POSITION).unwrap()
+        };
+        (0..512).map(|k| (at(k + 1) - at(k)).norm()).sum::<f64>()
+    };
+    (0..edges.count()).map(length).sum()
+}
+
+/// Every valence from 3 to 8, round faces and round vertices, closed and open, level ones and folded ones.
+fn of_many_valences() -> Vec<(String, Cage)> {
+    let mut all = vec![
+        ("cube".to_owned(), shapes::cube()),
+        ("tetrahedron".to_owned(), shapes::tetrahedron()),
+        ("hole".to_owned(), shapes::cube().with_hole(1).unwrap()),
+        ("torus".to_owned(), shapes::grid(5, 6, [true, true], 0.2)),
+        ("sheet".to_owned(), shapes::grid(4, 5, [false, false], 0.3)),
+    ];
+    for n in 3..=8 {
+        all.push((format!("open fan of {n}"), shapes::fan(n, 4, true, 0.3)));
+        all.push((format!("double fan of {n}"), shapes::double_fan(n, 0.2)));
+        all.push((format!("pillow of {n}"), refine(&shapes::pillow(n)).unwrap()));
+    }
+    all
+}
+
+#[test]
+fn triangles_are_near_and_do_not_gape() {
+    let mut ratios = Vec::new();
+    for (name, cage) in of_many_valences() {
+        let surface = DooSabinSurface::new(cage).unwrap();
+        for part in [2e-2, 3e-3] {
+            let (faceted, mesh) = triangles(&surface, Chord::Relative(part), 10.0);
+            for (p, at) in mesh.points().iter().zip(&faceted.places) {
+                let there = surface.value(*at, Derivative::POSITION).unwrap();
+                assert!((p.coords - there).norm() < 1e-13, "{name}");
+            }
+            // A point of the mesh on the side of a triangle, not at its end, would leave both open: the open ones are as long as the boundary, no longer.
+            let length = |[a, b]: &[u32; 2]| (mesh.points()[*a as usize] - mesh.points()[*b as usize]).norm();
+            let open: f64 = open_sides(&mesh).iter().map(length).sum();
+            let there = boundary_length(&surface);
+            assert!(open <= there * (1.0 + 1e-9) && open >= 0.97 * there, "{name} {open} {there}");
+            // Places all over the faces, many at their corners, against the nearest triangle of all.
+            let faces = surface.faces().unwrap() as u32;
+            let mut most = 0.0_f64;
+            for k in 0..u64::from(faces) * 10 {
+                let [mut u, mut v] = [2 * k, 2 * k + 1].map(|seed| 0.5 + 0.5 * shapes::noise(seed));
+                if k % 3 == 0 {
+                    (u, v) = (u.powi(4), v.powi(4));
+                }
+                let (u, v) = [(u, v), (1.0 - u, v), (1.0 - u, 1.0 - v), (u, 1.0 - v)][(k % 4) as usize];
+                let at = Location::Face((k % u64::from(faces)) as u32, u, v);
+                let p = surface.value(at, Derivative::POSITION).unwrap();
+                most = most.max(from_mesh(p, &mesh));
+            }
+            assert!(most <= faceted.error + 1e-14, "{name}: {most:e} {:e}", faceted.error);
+            ratios.push(faceted.error / most);
+        }
+    }
+    // What is said is not far from what is so.
+    ratios.sort_by(f64::total_cmp);
+    let [middle, last] = [ratios[ratios.len() / 2], ratios[ratios.len() - 1]];
+    assert!(middle < 2.0 && last < 10.0, "{middle} {last} {ratios:?}");
+}
+
+fn from_mesh(p: Vector, mesh: &Mesh) -> f64 {
+    let mut best = f64::INFINITY;
+    for c in mesh.corners().chunks(3) {
+        let [a, b, c] = [0, 1, 2].map(|k| mesh.points()[c[k] as usize].coords);
+        if (p - a).norm() - (b - a).norm().max((c - a).norm()) < best {
+            best = best.min(distance(p, [a, b, c]));
+        }
+    }
+    best
+}
+
+/// Of a surface that bends the number of triangles grows like one over the distance, also round extraordinary points, where parameters are
+/// not smooth: a plain cube, at what GLB files are written with, too.
+#[test]
+fn triangles_are_few() {
+    let surface = DooSabinSurface::new(shapes::cube()).unwrap();
+    let count = |part: f64, angle: f64| {
+        let (_, mesh) = triangles(&surface, Chord::Relative(part), angle);
+        assert!(open_sides(&mesh).is_empty());
+        mesh.face_count()
+    };
+    let counts = [1e-2, 1e-3, 1e-4].map(|part| count(part, 10.0));
+    // A hundred times as near takes about a hundred times as many, give or take a level.
+    assert!(counts[1] <= 3_500 && counts[2] <= 50_000 && counts[2] <= 300 * counts[0], "{counts:?}");
+    let in_glb = count(1e-4, Fineness::default().angle);
+    assert!(in_glb <= 50_000, "{in_glb}");
+}
+
+/// Where only the angle asks for more, there is more: normals at the ends of sides turn by no more.
+#[test]
+fn triangles_turn_no_more_than_asked() {
+    let surface = DooSabinSurface::new(shapes::cube()).unwrap();
+    for angle in [0.3, 0.1] {
+        let (_, mesh) = triangles(&surface, Chord::Relative(1e-2), angle);
+        let most =
+            mesh.corners().chunks(3).flat_map(|c| [[c[0], c[1]], [c[1], c[2]]]).fold(0.0_f64, |m, side| {
+                let [a, b] = side.map(|k| mesh.normals.values()[k as usize]);
+                m.max(a.angle(&b))
+            });
+        assert!(most <= 2.0 * angle, "{most} {angle}");
+    }
+}
+
+/// States are the same triangles, as fine as the worst of them asks for; one that is a point asks for nothing, and all that are say so.
+#[test]
+fn states_are_the_same_triangles() {
+    let cage = shapes::fan(5, 4, true, 0.3);
+    let moved = |by: f64| {
+        let mut cage = cage.clone();
+        cage.points_mut().iter_mut().for_each(|p| *p = Point::new(p.x * by, p.y * by, p.z * by * by));
+        DooSabinSurface::new(cage).unwrap()
+    };
+    let states = [moved(1.0), moved(1.3), moved(0.0)];
+    let fine = Fineness { chord: Chord::Relative(1e-2), angle: 10.0 };
+    let faceted = DooSabinSurface::tessellate(&states.each_ref(), &fine).unwrap();
+    assert!(faceted.certified && faceted.states.len() == 3);
+    for (surface, points) in states.iter().zip(&faceted.states) {
+        assert_eq!(points.len(), faceted.places.len());
+        for (p, at) in points.iter().zip(&faceted.places) {
+            assert!((p.coords - surface.value(*at, Derivative::POSITION).unwrap()).norm() < 1e-13);
+        }
+    }
+    assert!(matches!(DooSabinSurface::tessellate(&[&states[2]], &fine), Err(Error::NoExtent(_))));
 }
 
 /// Of a point from a triangle, by many places of it.

@@ -18,7 +18,7 @@ const HALVES: [[u8; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
 /// Which edges of a face have their middle in the mesh, for that of a neighbour is refined: two triangles where none has, else a fan from
 /// the face's own middle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Cut {
+pub(crate) struct Cut {
     middles: [bool; 4],
 }
 

@@ -1,25 +1,27 @@
 //! The limit surface of a cage as a shape: edited, faired, measured and joined like any other.
 
-mod apart;
+pub(crate) mod apart;
 mod cells;
 mod cut;
 pub(crate) mod declared;
 mod edges;
+pub(crate) mod facing;
 mod grids;
 mod last;
 mod layout;
 mod leaf;
 mod left_out;
 mod local;
-mod net;
+pub(crate) mod net;
 mod patches;
 pub(crate) mod pattern;
-mod places;
+pub(crate) mod places;
+pub(crate) mod quads;
 mod regular;
 mod sampled;
 mod spans;
 mod template;
-mod tessellate;
+pub(crate) mod tessellate;
 mod tree;
 mod triangle;
 mod uneven;

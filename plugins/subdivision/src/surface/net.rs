@@ -7,10 +7,10 @@ use super::template::Piece;
 use super::triangle::from_triangle;
 
 /// The 16 vertices of a uniform bicubic B-spline over a square, or of a Bézier patch, `u` after `u`.
-pub(super) type Net = [Vector; 16];
+pub(crate) type Net = [Vector; 16];
 
 /// The largest of some sizes; infinite where one is no number, as sums of numbers that are too large may be.
-pub(super) fn largest(all: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn largest(all: impl Iterator<Item = f64>) -> f64 {
     all.fold(0.0, |most, x| if x.is_nan() { f64::INFINITY } else { most.max(x) })
 }
 
@@ -47,7 +47,7 @@ pub(super) fn bezier(net: &Net) -> Net {
 }
 
 /// The Bézier points of the part `[u0, u1] × [v0, v1]` of a Bézier patch.
-pub(super) fn cut(net: &Net, u: [f64; 2], v: [f64; 2]) -> Net {
+pub(crate) fn cut(net: &Net, u: [f64; 2], v: [f64; 2]) -> Net {
     both(net, |c| cut_line(c, u), |c| cut_line(c, v))
 }
 
@@ -62,7 +62,7 @@ fn cut_line(c: [Vector; 4], [a, b]: [f64; 2]) -> [Vector; 4] {
 }
 
 /// What is done to a line of four in each direction.
-fn both(
+pub(crate) fn both(
     net: &Net,
     along_u: impl Fn([Vector; 4]) -> [Vector; 4],
     along_v: impl Fn([Vector; 4]) -> [Vector; 4],

@@ -1,27 +1,21 @@
 //! A Doo-Sabin surface as triangles.
 
-use std::collections::BTreeMap;
-
 use loftsman_kernel::error::{Error, Result};
-use loftsman_kernel::mesh::{Layer, Mesh};
-use loftsman_kernel::plugin::{Chord, Drawn, Faceted, Fineness};
-use loftsman_kernel::shape::Location;
+use loftsman_kernel::plugin::{Faceted, Fineness};
 use loftsman_kernel::{Point, Vector};
 
-use super::node::{Node, basis};
-use super::{DooSabinSurface, beside};
+use super::DooSabinSurface;
+use super::node::Node;
 use crate::doo_sabin::refine::refine;
+use crate::surface::apart::{Apart, Over};
+use crate::surface::facing::{Aim, Scheme};
+use crate::surface::net::{Net, both, cut};
+use crate::surface::pattern::Quadrant;
+use crate::surface::places::Place;
+use crate::surface::quads::Quads;
 use crate::surface::refused;
+use crate::surface::tessellate::diagonal;
 use crate::topology::NONE;
-
-/// Points, at most.
-const MOST: usize = 1 << 21;
-/// Points beyond which nothing is halved for the sake of the angle.
-const MOST_FOR_ANGLE: usize = 1 << 17;
-/// A neighbourhood that is smaller than this part of the chord is not looked into.
-const ENOUGH: f64 = 0.01;
-/// Levels that are looked into, at most.
-const LEVELS: u32 = 56;
 
 impl DooSabinSurface {
     /// The neighbourhood of each face.
@@ -35,85 +29,27 @@ impl DooSabinSurface {
 }
 
 impl Node<Vector> {
-    /// The point at a place, and the normal there, of any length.
-    fn at(&self, u: f64, v: f64) -> (Vector, Vector) {
-        for (corner, (a, b)) in [(0, (0.0, 0.0)), (2, (1.0, 1.0))] {
-            if self.rings[corner].len() != 4 && (u, v) == (a, b) {
-                let (point, [along_u, along_v]) = self.corner(corner);
-                return (point, along_u.cross(&along_v));
-            }
-        }
-        let Some((piece, (u, v), _)) = self.piece((u, v), LEVELS) else {
-            return (self.rings[0][0], Vector::zeros());
+    /// The Bézier points of a regular piece, of degree 3 in each direction.
+    fn patch(&self) -> Net {
+        let net = self.net();
+        let line = |c: [Vector; 4]| {
+            let [a, b, c] = [0.5 * (c[0] + c[1]), c[1], 0.5 * (c[1] + c[2])];
+            [a, (a + b * 2.0) / 3.0, (b * 2.0 + c) / 3.0, c]
         };
-        let net = piece.net();
-        let sum = |a: [f64; 3], b: [f64; 3]| {
-            net.iter().enumerate().fold(Vector::zeros(), |sum, (k, p)| sum + *p * (a[k / 3] * b[k % 3]))
-        };
-        let (du, dv) = (sum(basis(u, 1), basis(v, 0)), sum(basis(u, 0), basis(v, 1)));
-        (sum(basis(u, 0), basis(v, 0)), du.cross(&dv))
-    }
-
-    /// The limits of the four corners.
-    fn corners(&self) -> [Vector; 4] {
-        [0, 1, 2, 3].map(|k| self.corner(k).0)
-    }
-
-    /// A bound of `|S - L|` over the piece, `L` linear on the two halves of its square (below and above `u = v`) between the corners: so one of the
-    /// distance of the piece from its two triangles.
-    ///
-    /// Regular: linear interpolation leaves at most `(|S_uu| + 2 |S_uv| + |S_vv|) / 8`, and derivatives of a spline are within those of its
-    /// vertices. Else `L` differs from what is linear on the quarters by what it is off in their corners, and the rest is the quarters'; one
-    /// that is small lies in the hull of its vertices, as do its corners.
-    fn beyond(&self, small: f64, level: u32) -> f64 {
-        if self.is_regular() {
-            let net = self.net();
-            let p = |i: usize, j: usize| *net[3 * i + j];
-            let most = |all: &mut dyn Iterator<Item = Vector>| all.fold(0.0, |m: f64, v| larger(m, v.norm()));
-            let uu = most(&mut (0..3).map(|j| p(0, j) - p(1, j) * 2.0 + p(2, j)));
-            let vv = most(&mut (0..3).map(|i| p(i, 0) - p(i, 1) * 2.0 + p(i, 2)));
-            let uv = most(&mut (0..4).map(|k| {
-                let (i, j) = (k / 2, k % 2);
-                p(i, j) - p(i + 1, j) - p(i, j + 1) + p(i + 1, j + 1)
-            }));
-            return (uu + 2.0 * uv + vv) / 8.0;
-        }
-        let [a, b, c, d] = self.corners();
-        let hull = self.rings.iter().flatten().fold(0.0, |m: f64, p| larger(m, (p - a).norm()));
-        if 2.0 * hull <= small || level >= LEVELS {
-            return 2.0 * hull;
-        }
-        let quarters = self.quarters();
-        let [of_a, of_b, of_c, of_d] = quarters.each_ref().map(Node::corners);
-        // The middles of the sides, and the middle, which is on the diagonal.
-        let off = [
-            of_a[1] - (a + b) * 0.5,
-            of_b[2] - (b + c) * 0.5,
-            of_c[3] - (c + d) * 0.5,
-            of_d[0] - (d + a) * 0.5,
-            of_a[2] - (a + c) * 0.5,
-        ];
-        let off = off.iter().fold(0.0, |m: f64, v| larger(m, v.norm()));
-        off + quarters.iter().fold(0.0, |m: f64, q| larger(m, q.beyond(small, level + 1)))
-    }
-
-    /// The same over each of `4^level` parts, the largest.
-    fn beyond_parts(&self, parts: u32, small: f64) -> f64 {
-        if parts == 0 {
-            return self.beyond(small, 0);
-        }
-        self.quarters().iter().fold(0.0, |m: f64, q| larger(m, q.beyond_parts(parts - 1, small)))
+        // Of a line of three the fourth counts for nothing.
+        both(&std::array::from_fn(|k| *net[3 * (k / 4).min(2) + (k % 4).min(2)]), line, line)
     }
 }
 
-/// The larger of two; infinite where one is no number.
-fn larger(a: f64, b: f64) -> f64 {
-    if b.is_nan() { f64::INFINITY } else { a.max(b) }
-}
-
-/// The states of a surface as the same triangles: every face a grid of `2^k × 2^k` quads, in two triangles each, `k` the least with which the
-/// triangles are within the chord, by a bound, and turn by no more than the angle as far as that takes no more than some hundred thousand
-/// points. Nothing gapes: neighbours have the points of their side in common.
+/// The states of a surface as the same triangles: each face in quads that are divided as often as they need in the worst of them, no more
+/// than one level apart from their neighbours, and cut so that nothing gapes, as those of
+/// [`SubdivisionSurface`](crate::SubdivisionSurface) are.
+///
+/// The error is a bound of the distance that any point of the surface has from the triangles: of a biquadratic piece by the second
+/// differences of its Bézier points, of another by those of the quarters that it consists of, down to one whose neighbourhood, in the hull of
+/// which it lies, is near enough to one triangle. What counts is how far the surface is, not where its parameters go, which are not smooth
+/// round extraordinary points: triangles are no smaller there than its curvature asks for. For the sake of the angle quads are divided that
+/// turn by more and are larger than the chord.
 ///
 /// # Errors
 /// [`Error::NoExtent`] where all is one point; when there is no state, the states are different surfaces, the fineness is not positive,
@@ -130,200 +66,190 @@ pub(super) fn tessellate(states: &[&DooSabinSurface], fineness: &Fineness) -> Re
             "the states of the surface have different faces: they are not one surface".into(),
         ));
     }
-    let positive = |x: f64| x.is_finite() && x > 0.0;
-    let (Chord::Absolute(chord) | Chord::Relative(chord)) = fineness.chord;
-    if !positive(chord) || !positive(fineness.angle) {
-        return Err(Error::Invalid(
-            "the chord and the angle of a tessellation must be positive and finite".into(),
-        ));
-    }
     let nodes: Vec<Vec<Node<Vector>>> =
         states.iter().map(|s| s.nodes().map_err(refused)).collect::<Result<_>>()?;
-    let sizes: Vec<f64> = nodes.iter().map(|nodes| size(nodes)).collect();
-    let largest = sizes.iter().fold(0.0, |m: f64, s| larger(m, *s));
-    if largest <= 0.0 {
-        return Err(Error::NoExtent("all of the surface is one point".into()));
+    let sizes: Vec<f64> = states.iter().zip(&nodes).map(|(s, nodes)| size(s.cage.points(), nodes)).collect();
+    let aim = Aim::new(fineness, &sizes)?;
+    let (pieces, quads) = Pieces::new(first, nodes);
+    aim.faceted(pieces, quads)
+}
+
+/// The diagonal of the box of the corners of a surface's faces, at least its size; where these are one point but for rounding, of those of their
+/// quarters; 0 where these are, too.
+fn size(cage: &[Point], nodes: &[Node<Vector>]) -> f64 {
+    let largest = crate::surface::net::largest(cage.iter().map(|p| p.coords.amax()));
+    let least = f64::max(1e-12 * diagonal(cage), 8.0 * f64::EPSILON * largest);
+    let corners = |node: &Node<Vector>| [0, 1, 2, 3].map(|k| Point::from(node.corner(k).0));
+    let own = diagonal(&nodes.iter().flat_map(corners).collect::<Vec<_>>());
+    if own > least || !own.is_finite() {
+        return own;
     }
-    if !largest.is_finite() {
-        return Err(Error::Invalid("a coordinate of the surface is too large to be measured".into()));
+    let quarters = |node: &Node<Vector>| node.quarters().each_ref().map(corners).concat();
+    let finer = diagonal(&nodes.iter().flat_map(quarters).collect::<Vec<_>>());
+    if finer > least { finer } else { 0.0 }
+}
+
+/// A piece of the surface in each state, all biquadratic or none.
+enum Piece {
+    Patches(Vec<Net>),
+    Nodes(Vec<Node<Vector>>),
+}
+
+impl Piece {
+    fn new(states: Vec<Node<Vector>>) -> Self {
+        if states.iter().all(Node::is_regular) {
+            return Self::Patches(states.iter().map(Node::patch).collect());
+        }
+        Self::Nodes(states)
     }
-    let chords: Vec<f64> = sizes
-        .iter()
-        .map(|size| match fineness.chord {
-            Chord::Absolute(chord) => chord,
-            Chord::Relative(part) => part * size,
-        })
-        .collect();
-    let tolerance = chords.iter().copied().fold(0.0, f64::max);
-    let count = first.layout.corners.len();
-    let points = |level: u32| count.saturating_mul(1 << (2 * level.min(20)));
-    let mut level = 0;
-    let mut error;
-    loop {
-        if points(level) > MOST {
-            return Err(Error::Invalid(format!(
-                "more than {MOST} points would be needed: allow a larger chord than {tolerance}"
-            )));
+}
+
+/// What lies over a quadrant of a piece: all of it, where it is not biquadratic.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    piece: u32,
+    within: Quadrant,
+}
+
+/// All pieces that there are, on any level; what is within a biquadratic one is not one of its own.
+struct Pieces(Vec<Piece>);
+
+impl Pieces {
+    /// The faces of a surface, by their neighbourhoods in each state.
+    fn new(surface: &DooSabinSurface, states: Vec<Vec<Node<Vector>>>) -> (Self, Quads<Part>) {
+        let (topology, count) = (surface.cage.topology(), states.len());
+        let (mut pieces, mut quads) = (Self(Vec::new()), Quads::new(count));
+        // Corners lie at the faces, the edges and the vertices of the cage.
+        let (edges, vertices) = (topology.face_count(), topology.face_count() + topology.edge_count());
+        let mut numbers = vec![NONE; vertices + topology.vertex_count()];
+        let mut states: Vec<_> = states.into_iter().map(Vec::into_iter).collect();
+        for (face, &half) in (0..).zip(&surface.layout.corners) {
+            let nodes = states.iter_mut().filter_map(Iterator::next).collect();
+            let part = pieces.add(Piece::new(nodes));
+            let places = [
+                topology.face_of(half) as usize,
+                edges + topology.edge_of(topology.previous(half)) as usize,
+                vertices + topology.origin(half) as usize,
+                edges + topology.edge_of(half) as usize,
+            ];
+            let mut corners = [NONE; 4];
+            for (corner, place) in places.into_iter().enumerate() {
+                if numbers[place] == NONE {
+                    numbers[place] = quads.name();
+                    pieces.put(&mut quads, numbers[place], part, corner);
+                }
+                corners[corner] = numbers[place];
+            }
+            quads.add(part, corners.into(), Ok(Place::whole(face)));
         }
-        error = 0.0_f64;
-        let mut fits = true;
-        for (nodes, chord) in nodes.iter().zip(&chords).filter(|(_, chord)| **chord > 0.0) {
-            let worst = nodes.iter().fold(0.0, |m: f64, n| larger(m, n.beyond_parts(level, ENOUGH * chord)));
-            fits &= worst <= *chord;
-            error = error.max(worst);
-        }
-        if fits {
-            break;
-        }
-        level += 1;
+        (pieces, quads)
     }
-    let mut mesh = Grid::new(first, level);
-    mesh.place(&nodes);
-    while mesh.turns() > fineness.angle && points(level + 1) <= MOST_FOR_ANGLE && error > 1e-9 * largest {
-        level += 1;
-        mesh = Grid::new(first, level);
-        mesh.place(&nodes);
-        error = nodes.iter().zip(&chords).filter(|(_, chord)| **chord > 0.0).fold(
-            0.0,
-            |m: f64, (nodes, chord)| {
-                nodes.iter().fold(m, |m, n| larger(m, n.beyond_parts(level, ENOUGH * chord)))
+
+    /// Adds a piece.
+    fn add(&mut self, piece: Piece) -> Part {
+        self.0.push(piece);
+        Part { piece: self.0.len() as u32 - 1, within: Quadrant::WHOLE }
+    }
+
+    /// Puts down where a point is that is a corner of a part.
+    fn put(&self, quads: &mut Quads<Part>, name: u32, part: Part, corner: usize) {
+        for state in 0..quads.points.len() {
+            let (point, normal) = self.corner(part, state, corner);
+            quads.points[state][name as usize] = Point::from(point);
+            if state == 0 {
+                quads.normals[name as usize] = normal;
+            }
+        }
+    }
+
+    /// The point at a corner of a part, and the unit normal where there is one.
+    fn corner(&self, part: Part, state: usize, corner: usize) -> (Vector, Option<Vector>) {
+        match &self.0[part.piece as usize] {
+            Piece::Nodes(states) => {
+                let (point, tangents) = states[state].corner(corner);
+                (point, normal(tangents))
+            }
+            Piece::Patches(states) => corner_of(&over(&states[state], part.within), corner),
+        }
+    }
+
+    /// The four parts of a part, the corner of each being that of the whole with the same number.
+    fn quarters(&mut self, part: Part) -> [Part; 4] {
+        let quarters: Vec<[Node<Vector>; 4]> = match &self.0[part.piece as usize] {
+            Piece::Patches(_) => return part.within.parts().map(|within| Part { within, ..part }),
+            Piece::Nodes(states) => states.iter().map(Node::quarters).collect(),
+        };
+        [0, 1, 2, 3].map(|k| self.add(Piece::new(quarters.iter().map(|of| of[k].clone()).collect())))
+    }
+}
+
+/// The Bézier points over a quadrant of a patch.
+fn over(patch: &Net, Quadrant { level, i, j }: Quadrant) -> Net {
+    let size = 0.5_f64.powi(level as i32);
+    let side = |k: u64| [k as f64 * size, (k + 1) as f64 * size];
+    if level == 0 { *patch } else { cut(patch, side(i), side(j)) }
+}
+
+/// The point at a corner of a patch, and the unit normal where there is one.
+fn corner_of(patch: &Net, corner: usize) -> (Vector, Option<Vector>) {
+    let at = |i: usize, j: usize| patch[4 * i + j];
+    let (i, j) = [(0, 0), (3, 0), (3, 3), (0, 3)][corner % 4];
+    let (u, v) = ([at(0, j), at(1, j), at(2, j), at(3, j)], [at(i, 0), at(i, 1), at(i, 2), at(i, 3)]);
+    let slope = |line: [Vector; 4], end: usize| if end == 0 { line[1] - line[0] } else { line[3] - line[2] };
+    (at(i, j), normal([slope(u, i), slope(v, j)]))
+}
+
+/// The unit normal to two tangents, where they have a length and are not parallel.
+fn normal([u, v]: [Vector; 2]) -> Option<Vector> {
+    u.try_normalize(0.0)?.cross(&v.try_normalize(0.0)?).try_normalize(1e-12)
+}
+
+impl Scheme for Pieces {
+    type Own = Part;
+    /// Halves of a piece have half its hull, so that a proof always comes.
+    const FOR_PROOF: u32 = u32::MAX;
+
+    fn refine(&mut self, quads: &mut Quads<Part>, nodes: &[usize]) -> Result<()> {
+        for &node in nodes {
+            let (part, corners, place) =
+                (quads.all[node].own, quads.all[node].corners.clone(), quads.all[node].place);
+            let Ok(place) = place else { continue };
+            let parts = self.quarters(part);
+            let known = quads.normals.len() as u32;
+            let middles = [0, 1, 2, 3].map(|k| quads.name_middle(corners[k], corners[(k + 1) % 4]));
+            for (k, &middle) in middles.iter().enumerate().filter(|(_, name)| **name >= known) {
+                self.put(quads, middle, parts[k], (k + 1) % 4);
+            }
+            let centre = quads.name();
+            self.put(quads, centre, parts[0], 2);
+            let children = parts.into_iter().enumerate().map(|(k, part)| {
+                let mut own = [corners[k], middles[k], centre, middles[(k + 3) % 4]];
+                own.rotate_right(k);
+                (part, own.into(), place.part(k))
+            });
+            quads.add_children(node, centre, children);
+        }
+        Ok(())
+    }
+
+    fn apart(&self, part: Part, state: usize, apart: &mut Apart<'_>) -> Result<f64> {
+        let node = match &self.0[part.piece as usize] {
+            Piece::Patches(states) => {
+                return Ok(apart.of_patch(&over(&states[state], part.within), Quadrant::WHOLE));
+            }
+            Piece::Nodes(states) => &states[state],
+        };
+        apart.of_parts(
+            node,
+            |_, part| part.quarters(),
+            |_, part| {
+                let hull = || part.rings.iter().flatten().map(|p| Point::from(*p)).collect();
+                Ok(if part.is_regular() { Over::Patch(Box::new(part.patch())) } else { Over::Hull(hull()) })
             },
-        );
-    }
-    mesh.finish(tolerance, error)
-}
-
-/// The diagonal of the box of a surface's corners and of the vertices round them: at least its size.
-fn size(nodes: &[Node<Vector>]) -> f64 {
-    let all = || nodes.iter().flat_map(Node::corners);
-    let Some(start) = all().next() else { return 0.0 };
-    let (low, high) = all().fold((start, start), |(low, high), p| (low.inf(&p), high.sup(&p)));
-    (high - low).norm()
-}
-
-/// The same grid on every face, points on sides in common.
-struct Grid {
-    per_side: usize,
-    faces: Vec<[usize; 4]>,
-    places: Vec<(usize, f64, f64)>,
-    states: Vec<Vec<Point>>,
-    normals: Vec<Vector>,
-}
-
-/// What a point belongs to: a face of the surface, or a side that it has in common with others; points where sides meet by the face, edge
-/// or vertex of the cage.
-#[derive(PartialEq, Eq, PartialOrd, Ord)]
-enum Name {
-    OfFace(u32),
-    OfEdge(u32),
-    OfVertex(u32),
-    /// On the side between two corners of one face, or of one vertex, that of the second corner.
-    Along(u32, bool, usize),
-    Inside(u32, usize, usize),
-}
-
-impl Grid {
-    fn new(surface: &DooSabinSurface, level: u32) -> Self {
-        let (topology, layout) = (surface.cage.topology(), &surface.layout);
-        let n = 1_usize << level;
-        let mut numbers: BTreeMap<Name, usize> = BTreeMap::new();
-        let (mut faces, mut places) = (Vec::new(), Vec::new());
-        let step = 1.0 / n as f64;
-        for (face, &half) in layout.corners.iter().enumerate() {
-            let before = topology.previous(half);
-            let [_, _, over, after] = beside(&surface.cage, half);
-            let mut number = |i: usize, j: usize| {
-                let name = match (i, j) {
-                    (0, 0) => Name::OfFace(topology.face_of(half)),
-                    _ if (i, j) == (n, 0) => Name::OfEdge(topology.edge_of(before)),
-                    _ if (i, j) == (n, n) => Name::OfVertex(topology.origin(half)),
-                    _ if (i, j) == (0, n) => Name::OfEdge(topology.edge_of(half)),
-                    // Side v = 0 of a corner is side u = 0 of the one before it, and side u = 1 is side v = 1 of the one clockwise round
-                    // the vertex.
-                    (i, 0) => Name::Along(half, false, i),
-                    (0, j) => Name::Along(after.unwrap_or(NONE), false, j),
-                    _ if i == n => Name::Along(half, true, j),
-                    _ if j == n => Name::Along(over.unwrap_or(NONE), true, i),
-                    (i, j) => Name::Inside(half, i, j),
-                };
-                let next = places.len();
-                let number = *numbers.entry(name).or_insert(next);
-                if number == next {
-                    places.push((face, i as f64 * step, j as f64 * step));
-                }
-                number
-            };
-            let mut before: Vec<usize> = (0..=n).map(|j| number(0, j)).collect();
-            for i in 1..=n {
-                let row: Vec<usize> = (0..=n).map(|j| number(i, j)).collect();
-                for j in 0..n {
-                    faces.push([before[j], row[j], row[j + 1], before[j + 1]]);
-                }
-                before = row;
-            }
-        }
-        Self { per_side: n, faces, places, states: Vec::new(), normals: Vec::new() }
+        )
     }
 
-    fn place(&mut self, states: &[Vec<Node<Vector>>]) {
-        for (k, nodes) in states.iter().enumerate() {
-            let both = self.places.iter().map(|&(face, u, v)| nodes[face].at(u, v));
-            let (points, normals): (Vec<Point>, Vec<Vector>) = both.map(|(p, n)| (Point::from(p), n)).unzip();
-            if k == 0 {
-                self.normals = normals;
-            }
-            self.states.push(points);
-        }
-    }
-
-    /// The largest angle between the normals of the two triangles of a quad and of neighbours in a row.
-    fn turns(&self) -> f64 {
-        let Some(points) = self.states.first() else { return 0.0 };
-        let normal = |f: &[usize; 4]| {
-            let [a, b, c, d] = f.map(|k| points[k]);
-            (c - a).cross(&(d - b))
-        };
-        let mut most = 0.0_f64;
-        for pair in self
-            .faces
-            .windows(2)
-            .enumerate()
-            .filter(|(k, _)| (k + 1) % self.per_side != 0 || self.per_side == 1)
-        {
-            let (a, b) = (normal(&pair.1[0]), normal(&pair.1[1]));
-            if self.per_side > 1 && a.norm() > 0.0 && b.norm() > 0.0 {
-                most = most.max(a.cross(&b).norm().atan2(a.dot(&b)));
-            }
-        }
-        // A single quad on each face: its corners' normals say how it turns.
-        for f in &self.faces {
-            for k in 0..4 {
-                let (a, b) = (self.normals[f[k]], self.normals[f[(k + 1) % 4]]);
-                if a.norm() > 0.0 && b.norm() > 0.0 {
-                    most = most.max(a.cross(&b).norm().atan2(a.dot(&b)));
-                }
-            }
-        }
-        most
-    }
-
-    fn finish(self, tolerance: f64, error: f64) -> Result<Faceted> {
-        let triangles: Vec<[usize; 3]> =
-            self.faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-        let Some(points) = self.states.first() else {
-            return Err(Error::Invalid("there is no state of the surface to tessellate".into()));
-        };
-        let mut mesh = Mesh::new(points.clone(), &triangles)?;
-        let normals: Option<Vec<Vector>> = self.normals.iter().map(|n| n.try_normalize(0.0)).collect();
-        mesh.normals = normals.map_or_else(Layer::none, Layer::per_point);
-        let places = self.places.iter().map(|&(face, u, v)| Location::Face(face as u32, u, v)).collect();
-        Ok(Faceted {
-            drawn: Drawn::Mesh(mesh),
-            states: self.states,
-            tolerance,
-            error,
-            certified: true,
-            places,
-        })
+    fn normals(&self, part: Part, state: usize) -> [Option<Vector>; 4] {
+        [0, 1, 2, 3].map(|k| self.corner(part, state, k).1)
     }
 }
