@@ -115,3 +115,24 @@ fn triangles_are_as_near_as_a_ten_thousandth_of_the_diagonal_and_not_much_nearer
     }
     assert!(done == 30 && largest > 3e-5, "{done} {largest:e}");
 }
+
+/// Limits of a cube of either scheme need some ten thousands of triangles at most: round extraordinary points no more than elsewhere.
+#[test]
+fn limits_of_cages_are_cut_as_finely_as_they_need() {
+    let bench = LOFTSMAN.bench();
+    let cube = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    bench.write("cube.obj", cube);
+    for scheme in ["catmull-clark", "doo-sabin"] {
+        let recipe = format!(
+            "input = 'cube.obj'\noutput = 'cube.glb'\n[[step]]\nop = 'subdivide'\nscheme = '{scheme}'\nsurface = true\n"
+        );
+        bench.write("r.toml", recipe);
+        bench.done(&["run", "r.toml"]);
+        let (points, triangles) = triangles(&bench.read("cube.glb"));
+        assert!((500..150_000).contains(&triangles.len()), "{scheme}: {} triangles", triangles.len());
+        let corner = |axis: usize| {
+            points.iter().fold((f64::MAX, f64::MIN), |m, p| (m.0.min(p[axis]), m.1.max(p[axis])))
+        };
+        assert!((0..3).all(|axis| corner(axis).0 > 0.0 && corner(axis).1 < 1.0), "{scheme}: within the cage");
+    }
+}
