@@ -521,7 +521,7 @@ mod tests {
             let found = resolve(&scene, &fields, DECLARED, &mut notes).unwrap();
             let place = found.names().next().unwrap().to_owned();
             assert_eq!(found.value(&place), Some(&wanted), "{notes:?}");
-            assert!(notes[0].ends_with("(0.75 2.25 5), 5 away"), "{notes:?}");
+            assert!(notes[0].ends_with("(0.75, 2.25, 5), 5 away"), "{notes:?}");
         }
     }
 
