@@ -108,6 +108,7 @@ fn meshlab_finds_every_solid_watertight() {
     });
     let (mut solids, mut sources, [mut objs, mut glbs]) =
         (0, Vec::new(), [const { Vec::<PathBuf>::new() }; 2]);
+    let mut units: Vec<f64> = Vec::new();
     for (k, file) in files.iter().enumerate() {
         let from = file.to_string_lossy();
         let found = LOFTSMAN.json(folder.path(), &["info", &from]);
@@ -123,6 +124,14 @@ fn meshlab_finds_every_solid_watertight() {
             list.push(to);
         }
         sources.push(file.clone());
+        // OBJ has the numbers of the file, OpenCASCADE millimetres.
+        units.push(match found["unit"].as_str() {
+            Some("mm") => 1.0,
+            Some("cm") => 10.0,
+            Some("m") => 1000.0,
+            Some("in") => 25.4,
+            other => panic!("{from}: {other:?}"),
+        });
     }
     assert!(sources.len() >= 14 && solids >= 38, "{} files, {solids} solids", sources.len());
     let Some(objs) = Oracle::MeshLab.ask(&objs, &[]) else { return };
@@ -139,8 +148,9 @@ fn meshlab_finds_every_solid_watertight() {
             assert_eq!(mesh["welded"]["watertight"], true, "{name}, GLB: {mesh:#}");
         }
         let Some(exact) = &exact else { continue };
-        for measure in ["area", "volume"] {
-            let found: f64 = meshes.iter().map(|mesh| number(mesh, measure)).sum();
+        for (measure, power) in [("area", 2), ("volume", 3)] {
+            let found: f64 =
+                meshes.iter().map(|mesh| number(mesh, measure)).sum::<f64>() * units[k].powi(power);
             let expected = number(&exact[k], measure);
             assert!((found / expected - 1.0).abs() < 0.02, "{name}: {measure} {found}, exactly {expected}");
         }
