@@ -85,7 +85,7 @@ impl Mirror {
 ///
 /// # Errors
 /// When half of the curve is asked for and it does not cross the plane once (closed: twice; open: not at all where it begins or ends in
-/// it, and all of it is on that side); when a closed curve does not cross it at all, or all control vertices are on one side of it and both halves are asked for.
+/// it, and all of it is on that side); when a closed curve does not cross it at all.
 pub fn symmetrize(curve: &Curve, mirror: &Mirror, half: Half) -> Result<Symmetric<Curve>> {
     let (start, end) = curve.domain();
     let size = curve.points().iter().map(|p| long(&(p - curve.points()[0]))).fold(0.0, f64::max);
@@ -208,7 +208,7 @@ fn from_plane(curve: &Curve, mirror: &Mirror, side: f64, ends: [bool; 2]) -> Res
 ///
 /// # Errors
 /// When the direction is periodic: it has no place to begin at. When half of the surface is asked for and it meets the plane along no line
-/// of the parameter, or along several. When both halves are asked for and all control vertices are on one side of the plane.
+/// of the parameter, or along several.
 pub fn symmetrize_surface(
     surface: &Surface,
     mirror: &Mirror,
@@ -223,7 +223,7 @@ pub fn symmetrize_surface(
     }
     let open = surface.convert(direction, &surface.space(direction).clamping()?)?;
     match half {
-        Half::Both => two_sided(open.points(), mirror)?,
+        Half::Both => {}
         Half::Front => return halved(&open, mirror, direction, 1.0),
         Half::Back => return halved(&open, mirror, direction, -1.0),
     }
@@ -342,8 +342,8 @@ fn mirrored(curve: &Curve, mirror: &Mirror) -> Result<Curve> {
     Curve::build(space, points.iter().map(|p| mirror.image(p)).collect(), weights)
 }
 
-/// Refuses a net that is on one side of the plane: the mean with its mirror image lies about in the plane.
-fn two_sided(points: &[Point], mirror: &Mirror) -> Result<()> {
+/// What is said of a net that is on one side of the plane, of which the mean with its mirror image lies about in the plane.
+fn one_sided(points: &[Point], mirror: &Mirror) -> Option<String> {
     let (mut low, mut high) = (0.0_f64, 0.0_f64);
     for point in points {
         let height = mirror.height(point);
@@ -353,17 +353,15 @@ fn two_sided(points: &[Point], mirror: &Mirror) -> Result<()> {
     let half = match (low >= -near, high <= near) {
         (true, false) => "front",
         (false, true) => "back",
-        _ => return Ok(()),
+        _ => return None,
     };
-    Err(Error::Invalid(format!(
-        "all of it is on one side of the plane, so that the mean of it and its mirror image would collapse into that: move the plane, or keep it as one \
-         half where it meets the plane (half = \"{half}\")"
-    )))
+    Some(format!(
+        "all of it was on one side of the plane, so that the mean of it and its mirror image lies about in that: half = \"{half}\" keeps it as one half"
+    ))
 }
 
 fn mean(curve: &Curve, mirror: &Mirror) -> Result<Symmetric<Curve>> {
     let open = curve.to_clamped()?;
-    two_sided(open.points(), mirror)?;
     let common = symmetric_space(open.space())?;
     let fine = open.insert_knots(&missing(open.space(), &common))?;
     let image = mirrored(&fine, mirror)?;
@@ -552,10 +550,13 @@ impl Operation for Symmetrize {
                 return Err(p.error("object", problem).into());
             }
         };
-        let notes = vec![match moved {
+        let mut notes = vec![match moved {
             Some(moved) => format!("control vertices moved by {} at most", figure(moved)),
             None => "one half is kept, and the other is its mirror image".into(),
         }];
+        if half == Half::Both {
+            notes.extend(one_sided(scene.object(&source)?.geometry().points(), &mirror));
+        }
         *scene.object_mut(&source)?.geometry_mut() = geometry;
         Ok(made("symmetrize", source, notes))
     }

@@ -185,6 +185,14 @@ fn reports_say_what_was_measured() {
     assert!(shifted.notes.contains(&"exact".to_owned()), "{shifted:?}");
     let even = run(&mut scene, "symmetrize", json!({ "object": "bent" })).unwrap();
     assert!(even.notes[0].starts_with("control vertices moved by 1 at most"), "{even:?}");
+    // The mean of what is on one side of the plane lies in that: said, with what keeps it.
+    assert!(
+        even.notes[1].contains("one side of the plane") && even.notes[1].contains("half = \"front\""),
+        "{even:?}"
+    );
+    let split = json!({ "object": "bent" });
+    let split = run(&mut scene, "symmetrize", split).unwrap();
+    assert_eq!(split.notes.len(), 1, "{split:?}");
     // What a curve with a tear has of offsets: each part its own.
     let parts =
         run(&mut scene, "offset", json!({ "object": "torn", "distance": 0.1, "name": "part" })).unwrap();

@@ -308,23 +308,3 @@ fn a_half_that_begins_in_the_plane_is_kept_as_it_is() {
         }
     }
 }
-
-/// What lies on one side of the plane has no other half to be the mean with: it would collapse into the plane.
-#[test]
-fn what_is_on_one_side_is_no_mean() {
-    let points: Vec<Point> = (0..6).map(|i| Point::new(f64::from(i * i % 4), f64::from(i), 0.5)).collect();
-    let curve = Curve::new(Space::clamped_uniform(3, 6).unwrap(), points.clone()).unwrap();
-    for (normal, half) in [(Vector::x(), "front"), (-Vector::x(), "back")] {
-        let mirror = Mirror::new(Point::origin(), normal).unwrap();
-        let error = symmetrize(&curve, &mirror, Half::Both).unwrap_err().to_string();
-        assert!(error.contains("one side") && error.contains(half), "{error}");
-        let net = points.iter().flat_map(|p| [*p, p + Vector::z()]).collect();
-        let surface =
-            Surface::new(Space::clamped_uniform(3, 6).unwrap(), Space::clamped_uniform(1, 2).unwrap(), net)
-                .unwrap();
-        let error = symmetrize_surface(&surface, &mirror, Direction::U, Half::Both).unwrap_err().to_string();
-        assert!(error.contains("one side") && error.contains(half), "{error}");
-    }
-    let mirror = Mirror::new(Point::new(1.5, 0.0, 0.0), Vector::x()).unwrap();
-    assert!(symmetrize(&curve, &mirror, Half::Both).is_ok());
-}

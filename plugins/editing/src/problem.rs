@@ -113,10 +113,10 @@ impl Problem {
         let mut known = BTreeSet::new();
         for (k, table) in tables.iter().enumerate() {
             let constraint = constraint_from(context.registry, table, &mut names)?;
-            let name = constraint.describe();
+            let (label, name) = (constraint.label(), constraint.describe());
             // What is asked of one thing twice is told apart by where it is asked.
             let twice = format!("{name} (constraints[{k}])");
-            constraints.push(if known.insert(name) { constraint } else { constraint.called(&twice) });
+            constraints.push(if known.insert(label) { constraint } else { constraint.called(&twice) });
         }
         if !parameters.has("within") {
             ask_once(names.shapes(), &constraints, &tables)?;

@@ -177,7 +177,7 @@ const FAR: f64 = 0.99;
 const FINEST: f64 = 1e-10;
 /// So many places are looked at on the ways along a curve of degree 0, divided by `(p + 1)²` for one of degree `p`, of which each costs as much more:
 /// some seconds.
-const PLACES: f64 = 5e6;
+const PLACES: f64 = 2e7;
 /// So many an element in any case.
 const AN_ELEMENT: usize = 256;
 /// So often are the steps along the curve made shorter, four times each.
