@@ -323,7 +323,9 @@ fn a_match_tells_what_is_left_and_what_is_too_much() {
     };
     let report = solve(Limits::default()).unwrap().report().clone();
     let told = |note: &String| {
-        note.contains("the surfaces are apart by position") && note.contains("angle") && note.contains(" %)")
+        note.contains("the surfaces are apart by position")
+            && note.contains("angle")
+            && note.contains("% of the other surface's largest)")
     };
     assert!(report.notes.iter().any(told), "{:?}", report.notes);
     let refused = solve(Limits { curvature: 1e-9, ..Limits::default() }).unwrap_err().to_string();

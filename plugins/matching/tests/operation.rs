@@ -374,7 +374,7 @@ fn a_difference_is_told_as_a_part_of_the_curvature_square_to_the_edge_too() {
         note.split(after).nth(1).unwrap().split(' ').next().unwrap().parse().unwrap()
     };
     let (part, square) = (number("("), number("largest, "));
-    assert!(note.ends_with("% of the largest across the edge)") && square > 20.0 * part, "{note}");
+    assert!(note.ends_with("% of its largest across the edge)") && square > 20.0 * part, "{note}");
     let end = trough.u().domain().1;
     let (mut most, told) = (0.0_f64, number("curvature "));
     for i in 0..=400 {
