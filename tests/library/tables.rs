@@ -280,6 +280,7 @@ fn every_linear_kind_holds_while_things_move() {
     let never = [
         "magnitude",
         "normal",
+        "curvature",
         "signed-curvature",
         "symmetry",
         "area",
@@ -292,5 +293,5 @@ fn every_linear_kind_holds_while_things_move() {
         "match",
     ];
     assert_eq!(refused, never);
-    assert_eq!(floating, ["position", "derivative"]);
+    assert_eq!(floating, ["position", "derivative", "tangent", "orthogonal"]);
 }
