@@ -71,7 +71,7 @@ pub const FIELDS: &[Field] = &[
 
 const FACES_TAKE: &str = "shaded | zebra | mean | gaussian | maximum | minimum | deviation";
 const FACES: &str = "what the colours of faces show: stripes that a striped world is mirrored in, a curvature, the distance from the \
-                     state before; with a scale";
+                     state before (+ along normals); with a scale";
 
 /// The words of `faces`.
 pub const FACE_WORDS: [(&str, Faces); 7] = [

@@ -232,8 +232,8 @@ fn area(points: &[[f64; 2]]) -> f64 {
     points.iter().zip(next).map(|(p, q)| 0.5 * (p[0] * q[1] - p[1] * q[0])).sum()
 }
 
-/// Whether a closed polygon goes around a place.
-fn is_around(points: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
+/// Whether a closed polygon, given by its corners, goes around a place, an odd number of times. Linear in the corners.
+pub fn is_around(points: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
     let next = points.iter().cycle().skip(1);
     let crosses = |(p, q): &(&[f64; 2], &[f64; 2])| {
         (p[1] > y) != (q[1] > y) && x < p[0] + (q[0] - p[0]) * ((y - p[1]) / (q[1] - p[1]))

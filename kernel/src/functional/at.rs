@@ -75,6 +75,32 @@ impl At {
     }
 }
 
+/// What functionals with a field `on` and a field `at` have in common: where they look, whether that floats, and how it moves.
+macro_rules! at_a_place {
+    () => {
+        fn location(&self) -> Option<(usize, $crate::shape::Location)> {
+            Some((self.on.shape, self.at.location))
+        }
+
+        fn floats(&self) -> bool {
+            self.at.floats
+        }
+
+        fn moved(
+            &self,
+            to: $crate::shape::Location,
+        ) -> Option<std::sync::Arc<dyn $crate::functional::Functional>> {
+            Some(std::sync::Arc::new(Self { at: self.at.moved(to), ..self.clone() }))
+        }
+
+        fn slide(&mut self, to: $crate::shape::Location) -> bool {
+            self.at.location = to;
+            true
+        }
+    };
+}
+pub(super) use at_a_place;
+
 /// The fields of a kind whose location may float.
 pub(super) const AT_OR_NEAR: [Field; 2] = [
     Field::optional(

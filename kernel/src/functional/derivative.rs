@@ -1,8 +1,6 @@
 //! The derivative vectors of a shape.
 
-use std::sync::Arc;
-
-use super::at::{AT_OR_NEAR, At};
+use super::at::{AT_OR_NEAR, At, at_a_place};
 use super::position::OBJECT;
 use super::{
     DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, equals, magnitude, tangent,
@@ -100,22 +98,7 @@ impl Functional for DerivativeAt {
         Some(format!("derivative {order} of degree {degree} is always 0; elevate first"))
     }
 
-    fn location(&self) -> Option<(usize, Location)> {
-        Some((self.on.shape, self.at.location))
-    }
-
-    fn floats(&self) -> bool {
-        self.at.floats
-    }
-
-    fn moved(&self, to: Location) -> Option<Arc<dyn Functional>> {
-        Some(Arc::new(Self { at: self.at.moved(to), ..self.clone() }))
-    }
-
-    fn slide(&mut self, to: Location) -> bool {
-        self.at.location = to;
-        true
-    }
+    at_a_place!();
 
     fn along(&self, shapes: &Shapes<'_>, order: Derivative, out: &mut [f64]) -> Result<()> {
         let order = Derivative { u: self.order.u + order.u, v: self.order.v + order.v };

@@ -1,14 +1,12 @@
 //! The normal of a surface.
 
-use std::sync::Arc;
-
-use super::at::{At, ON_SURFACE};
+use super::at::{At, ON_SURFACE, at_a_place};
 use super::position::OBJECT;
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use crate::Vector;
 use crate::declare::{Declaration, Field, ParameterError, Parameters};
 use crate::error::{Error, Result};
-use crate::shape::{Derivative, Location};
+use crate::shape::Derivative;
 
 /// `S_u·n = S_v·n = 0`: two linear equations that couple the axes; zero where they hold.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,22 +53,7 @@ impl Functional for Normal {
         format!("normal {}{}", self.at, self.on)
     }
 
-    fn location(&self) -> Option<(usize, Location)> {
-        Some((self.on.shape, self.at.location))
-    }
-
-    fn floats(&self) -> bool {
-        self.at.floats
-    }
-
-    fn moved(&self, to: Location) -> Option<Arc<dyn Functional>> {
-        Some(Arc::new(Self { at: self.at.moved(to), ..self.clone() }))
-    }
-
-    fn slide(&mut self, to: Location) -> bool {
-        self.at.location = to;
-        true
-    }
+    at_a_place!();
 
     fn along(&self, shapes: &Shapes<'_>, order: Derivative, out: &mut [f64]) -> Result<()> {
         let direction = self.unit()?;

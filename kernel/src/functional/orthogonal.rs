@@ -1,15 +1,13 @@
 //! A curve's tangent perpendicular to a direction.
 
-use std::sync::Arc;
-
-use super::at::{ALONG_CURVE, At};
+use super::at::{ALONG_CURVE, At, at_a_place};
 use super::on::{curve_at, of_a_curve};
 use super::position::OBJECT;
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative, tangent};
 use crate::Vector;
 use crate::declare::{Declaration, Field, ParameterError, Parameters};
 use crate::error::{Error, Result};
-use crate::shape::{Derivative, Location};
+use crate::shape::Derivative;
 
 /// `C'·v = 0`: one linear equation that couples the axes; zero where it holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,22 +60,7 @@ impl Functional for Orthogonal {
         derivative(at, 1).on(on()).same_as(companion) || tangent(at).on(on()).same_as(companion)
     }
 
-    fn location(&self) -> Option<(usize, Location)> {
-        Some((self.on.shape, self.at.location))
-    }
-
-    fn floats(&self) -> bool {
-        self.at.floats
-    }
-
-    fn moved(&self, to: Location) -> Option<Arc<dyn Functional>> {
-        Some(Arc::new(Self { at: self.at.moved(to), ..self.clone() }))
-    }
-
-    fn slide(&mut self, to: Location) -> bool {
-        self.at.location = to;
-        true
-    }
+    at_a_place!();
 
     fn along(&self, shapes: &Shapes<'_>, order: Derivative, out: &mut [f64]) -> Result<()> {
         let order = Derivative { u: 1 + order.u, v: order.v };

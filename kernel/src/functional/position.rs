@@ -1,12 +1,10 @@
 //! Where a shape passes.
 
-use std::sync::Arc;
-
-use super::at::{AT_OR_NEAR, At};
+use super::at::{AT_OR_NEAR, At, at_a_place};
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, equals};
 use crate::declare::{Declaration, Field, ParameterError, Parameters};
 use crate::error::Result;
-use crate::shape::{Derivative, Location};
+use crate::shape::Derivative;
 
 /// The point of a shape at a location, `Σ S_i P_i`: three linear equations that share the stencil (paper 4,
 /// equation (e 7)).
@@ -62,22 +60,7 @@ impl Functional for Position {
         true
     }
 
-    fn location(&self) -> Option<(usize, Location)> {
-        Some((self.on.shape, self.at.location))
-    }
-
-    fn floats(&self) -> bool {
-        self.at.floats
-    }
-
-    fn moved(&self, to: Location) -> Option<Arc<dyn Functional>> {
-        Some(Arc::new(Self { at: self.at.moved(to), ..self.clone() }))
-    }
-
-    fn slide(&mut self, to: Location) -> bool {
-        self.at.location = to;
-        true
-    }
+    at_a_place!();
 
     fn along(&self, shapes: &Shapes<'_>, order: Derivative, out: &mut [f64]) -> Result<()> {
         let value = shapes.value(self.on.shape, self.at.location, order)?;

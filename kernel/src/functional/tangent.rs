@@ -3,14 +3,14 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use super::at::{ALONG_CURVE, At};
+use super::at::{ALONG_CURVE, At, at_a_place};
 use super::on::{curve_at, of_a_curve, perpendiculars};
 use super::position::OBJECT;
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative};
 use crate::Vector;
 use crate::declare::{Declaration, Field, ParameterError, Parameters};
 use crate::error::{Error, Result};
-use crate::shape::{Derivative, Location};
+use crate::shape::Derivative;
 
 /// `C'` parallel to a direction, its length (and sense) free: `C'·e₁ = C'·e₂ = 0` for two unit vectors
 /// perpendicular to the direction. Two linear equations that couple the axes; zero where it holds, and nothing else can be
@@ -100,22 +100,7 @@ impl Functional for Tangent {
         self.direction.is_some() && derivative(self.at.location, 1).on(self.on.clone()).same_as(companion)
     }
 
-    fn location(&self) -> Option<(usize, Location)> {
-        Some((self.on.shape, self.at.location))
-    }
-
-    fn floats(&self) -> bool {
-        self.at.floats
-    }
-
-    fn moved(&self, to: Location) -> Option<Arc<dyn Functional>> {
-        Some(Arc::new(Self { at: self.at.moved(to), ..self.clone() }))
-    }
-
-    fn slide(&mut self, to: Location) -> bool {
-        self.at.location = to;
-        true
-    }
+    at_a_place!();
 
     fn along(&self, shapes: &Shapes<'_>, order: Derivative, out: &mut [f64]) -> Result<()> {
         let order = Derivative { u: 1 + order.u, v: order.v };

@@ -293,7 +293,7 @@ pub enum SolveError {
     },
     /// A nonlinear problem whose constraints are met, but whose adjustment is not yet the least one.
     #[error(
-        "not solved after {iterations} iterations: every constraint is met, but the adjustment still changes by {change} of itself, so it is not the least one; ask for less at once",
+        "not solved after {iterations} iterations: every constraint is met, but beside {beside} the adjustment still changes by {change} of itself, so it is not the least one; ask for less at once",
         change = short(*change)
     )]
     StillMoving {
@@ -301,5 +301,7 @@ pub enum SolveError {
         iterations: usize,
         /// The last change of the adjustment, relative to the adjustment.
         change: f64,
+        /// The constraints that are not linear.
+        beside: String,
     },
 }

@@ -11,7 +11,6 @@ use loftsman_kernel::functional::{Functional, Shapes, normal, position};
 use loftsman_kernel::plugin::{Chord, DeclaredShape, Fineness};
 use loftsman_kernel::shape::{Derivative, Location, Shape};
 use loftsman_kernel::space::Space;
-use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Point, Vector};
 use loftsman_subdivision::catmull_clark::{Refinement, limit_points, refine};
 use loftsman_subdivision::{Cage, SubdivisionSurface};
@@ -53,28 +52,6 @@ fn rows(cage: &Cage, spread: f64, seed: u64) -> Cage {
     })
 }
 
-/// A torus, a grid with an interval for each row and column, and its spline.
-fn torus(rows: &[f64], columns: &[f64]) -> (Cage, Surface) {
-    let (r, c) = (rows.len(), columns.len());
-    let mut cage = shapes::grid(r, c, [true, true], 0.4);
-    let at = |i: usize, j: usize| i % r * c + j % c;
-    for i in 0..r {
-        for j in 0..c {
-            cage = cage.with_interval(at(i, j), at(i + 1, j), rows[i]).unwrap();
-            cage = cage.with_interval(at(i, j), at(i, j + 1), columns[j]).unwrap();
-        }
-    }
-    let space = |d: &[f64]| {
-        let n = d.len();
-        // The support of vertex i starts two intervals before its place.
-        let mut knots = vec![0.0];
-        (0..n).for_each(|j| knots.push(knots[j] + d[(j + n - 2) % n]));
-        Space::periodic(3, knots).unwrap()
-    };
-    let spline = Surface::new(space(rows), space(columns), cage.points().to_vec()).unwrap();
-    (cage, spline)
-}
-
 #[test]
 fn a_grid_is_its_spline_with_all_derivatives() {
     for zero in [false, true] {
@@ -83,7 +60,7 @@ fn a_grid_is_its_spline_with_all_derivatives() {
             (sides[0][2], sides[1][3]) = (0.0, 0.0);
         }
         let [d, e] = &sides;
-        let (cage, spline) = torus(d, e);
+        let (cage, spline) = shapes::torus(d, e);
         let surface = SubdivisionSurface::new(cage).unwrap();
         let (r, c) = (d.len(), e.len());
         for face in 0..r * c {

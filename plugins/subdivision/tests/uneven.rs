@@ -6,33 +6,10 @@ mod shapes;
 
 use loftsman_kernel::shape::{Derivative, Location, Shape, Side, Sides};
 use loftsman_kernel::space::Space;
-use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Point, Vector};
 use loftsman_subdivision::catmull_clark::{limit_frames, limit_points, limit_stencils, refine, sectors};
 use loftsman_subdivision::{Cage, LimitFrame};
 use shapes::levels::explicit;
-
-/// A torus with an interval for each row and column, and its spline.
-fn torus(rows: &[f64], columns: &[f64]) -> (Cage, Surface) {
-    let (r, c) = (rows.len(), columns.len());
-    let mut cage = shapes::grid(r, c, [true, true], 0.4);
-    let at = |i: usize, j: usize| i % r * c + j % c;
-    for i in 0..r {
-        for j in 0..c {
-            cage = cage.with_interval(at(i, j), at(i + 1, j), rows[i]).unwrap();
-            cage = cage.with_interval(at(i, j), at(i, j + 1), columns[j]).unwrap();
-        }
-    }
-    let space = |d: &[f64]| {
-        let n = d.len();
-        // The support of vertex i starts two intervals before its place.
-        let mut knots = vec![0.0];
-        (0..n).for_each(|j| knots.push(knots[j] + d[(j + n - 2) % n]));
-        Space::periodic(3, knots).unwrap()
-    };
-    let spline = Surface::new(space(rows), space(columns), cage.points().to_vec()).unwrap();
-    (cage, spline)
-}
 
 fn place(space: &Space, i: usize) -> f64 {
     space.knots()[(i + 2) % space.len()]
@@ -60,7 +37,7 @@ fn a_grid_is_a_tensor_product_spline() {
             5 => (rows[2], rows[3], columns[4], columns[5]) = (0.0, 0.0, 0.0, 0.0),
             _ => {}
         }
-        let (mut cage, spline) = torus(&rows, &columns);
+        let (mut cage, spline) = shapes::torus(&rows, &columns);
         let at = |v: usize| {
             let (i, j) = (v / columns.len(), v % columns.len());
             Location::Surface(place(spline.u(), i), place(spline.v(), j))

@@ -164,7 +164,7 @@ impl<S: Shape> Session<S> {
             if iteration == ITERATIONS || !progress.goes_on(1, error, step.change / step.whole) {
                 let change = step.change / step.whole;
                 return Err(if met {
-                    SolveError::StillMoving { iterations: iteration, change }.into()
+                    self.still_moving(iteration, change).into()
                 } else {
                     self.not_converged(iteration, worst).into()
                 });

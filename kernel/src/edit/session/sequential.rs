@@ -11,7 +11,7 @@ use crate::functional::Linearity;
 use crate::measure::{PROPORTION, ROUNDING, error_of};
 use crate::problem::EditError;
 use crate::problem::assembly::{Assembly, Slot};
-use crate::problem::bound::right_hand_side;
+use crate::problem::bound::{BoundConstraint, right_hand_side};
 use crate::problem::check::{excess, near_conflict};
 use crate::problem::conflict::quoted;
 use crate::problem::constraint::Constraint;
@@ -299,8 +299,15 @@ impl<S: Shape> Session<S> {
                 }
                 SolveError::NotConverged { iterations, residual, worst }.into()
             }
-            _ => SolveError::StillMoving { iterations, change: convergence.change }.into(),
+            _ => self.still_moving(iterations, convergence.change).into(),
         }
+    }
+
+    /// All holds, but the adjustment is not the least one yet.
+    pub(super) fn still_moving(&self, iterations: usize, change: f64) -> SolveError {
+        let curved = |b: &&BoundConstraint| b.constraint.functional.linearity() != Linearity::Linear;
+        let named = self.problem.bound.iter().filter(curved).map(|b| quoted(&b.constraint.label()));
+        SolveError::StillMoving { iterations, change, beside: named.collect::<Vec<_>>().join(", ") }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Sections of trimmed surfaces: branches of the surface, as far as the loops let them.
 
 use loftsman_kernel::Point;
+use loftsman_kernel::brep::is_around;
 use loftsman_kernel::spline::trimmed::ParameterCurve;
 use loftsman_kernel::spline::{Surface, Trimmed};
 
@@ -119,16 +120,4 @@ fn crossings(part: &ParameterCurve, surface: &Surface, plane: &Plane) -> Result<
         found.push(at(low)?);
     }
     Ok(found)
-}
-
-/// Whether a closed polygon goes around a place.
-fn is_around(points: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
-    let mut inside = false;
-    for (k, p) in points.iter().enumerate() {
-        let q = points[(k + 1) % points.len()];
-        if (p[1] > y) != (q[1] > y) && x < p[0] + (q[0] - p[0]) * ((y - p[1]) / (q[1] - p[1])) {
-            inside = !inside;
-        }
-    }
-    inside
 }

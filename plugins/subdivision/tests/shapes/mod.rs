@@ -5,6 +5,7 @@
 pub(crate) mod levels;
 
 use loftsman_kernel::Point;
+use loftsman_kernel::spline::{Space, Surface};
 use loftsman_subdivision::{BoundaryRule, Cage};
 
 /// A number in `[-1, 1]` that looks random and is always the same.
@@ -171,4 +172,26 @@ pub(crate) fn all() -> Vec<(String, Cage)> {
         }
     }
     all
+}
+
+/// A torus with an interval for each row and column, and its spline.
+pub(crate) fn torus(rows: &[f64], columns: &[f64]) -> (Cage, Surface) {
+    let (r, c) = (rows.len(), columns.len());
+    let mut cage = grid(r, c, [true, true], 0.4);
+    let at = |i: usize, j: usize| i % r * c + j % c;
+    for i in 0..r {
+        for j in 0..c {
+            cage = cage.with_interval(at(i, j), at(i + 1, j), rows[i]).unwrap();
+            cage = cage.with_interval(at(i, j), at(i, j + 1), columns[j]).unwrap();
+        }
+    }
+    let space = |d: &[f64]| {
+        let n = d.len();
+        // The support of vertex i starts two intervals before its place.
+        let mut knots = vec![0.0];
+        (0..n).for_each(|j| knots.push(knots[j] + d[(j + n - 2) % n]));
+        Space::periodic(3, knots).unwrap()
+    };
+    let spline = Surface::new(space(rows), space(columns), cage.points().to_vec()).unwrap();
+    (cage, spline)
 }
