@@ -1,7 +1,7 @@
 //! What moves: a shape and what it is made of.
 
 use loftsman_kernel::Point;
-use loftsman_kernel::shape::Shape;
+use loftsman_kernel::shape::{Interval, Shape};
 
 use crate::error::{DynamicsError, Result, check, check_damping, check_mass};
 
@@ -66,6 +66,8 @@ pub struct Body {
     pub(crate) material: Material,
     pub(crate) still: bool,
     pub(crate) velocities: Option<Vec<loftsman_kernel::Vector>>,
+    /// Whether its ends are kept together, though its knots do not close it.
+    pub(crate) closed: bool,
 }
 
 impl Body {
@@ -78,6 +80,7 @@ impl Body {
             material: Material::default(),
             still: false,
             velocities: None,
+            closed: false,
         }
     }
 
@@ -149,6 +152,12 @@ impl Body {
     pub fn moving(mut self, velocities: Vec<loftsman_kernel::Vector>) -> Self {
         self.velocities = Some(velocities);
         self
+    }
+
+    /// Where a parameter may be: round and round where the shape is closed, by its knots or because its ends are kept together.
+    pub(crate) fn interval(&self, axis: usize) -> Option<Interval> {
+        let own = self.shape.domain().get(axis).copied()?;
+        Some(Interval { periodic: own.periodic || self.closed, ..own })
     }
 
     /// The largest extent of its control vertices along an axis.

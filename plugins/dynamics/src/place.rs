@@ -7,6 +7,7 @@ use loftsman_kernel::shape::{Derivative, Interval, Location, Shape};
 use crate::body::extent;
 use crate::constraint::Hold;
 use crate::error::{DynamicsError, Result};
+use crate::simulation::Moving;
 
 /// What there is to know of where a parameter may be.
 #[derive(Debug, Clone, Copy)]
@@ -67,11 +68,13 @@ pub(crate) fn check_constraint(constraint: &Hold, shapes: &Shapes<'_>) -> Result
 }
 
 /// How a parameter of a body runs.
-pub(crate) fn slide_of(shapes: &Shapes<'_>, body: usize, axis: usize) -> Result<Slide> {
-    let shape = shapes.get(body)?;
-    let interval = *shape.domain().get(axis).ok_or_else(|| {
-        loftsman_kernel::Error::Invalid("a location with more parameters than the shape has".into())
-    })?;
+pub(crate) fn slide_of(bodies: &[Moving], body: usize, axis: usize) -> Result<Slide> {
+    let body = bodies.get(body).map(|moving| &moving.body);
+    let (Some(body), Some(interval)) = (body, body.and_then(|body| body.interval(axis))) else {
+        let more = "a location with more parameters than the shape has".into();
+        return Err(loftsman_kernel::Error::Invalid(more).into());
+    };
+    let shape = body.shape.as_ref();
     let extent = extent(shape.control_vertices()).max(f64::MIN_POSITIVE);
     let length = length_along(shape, axis).unwrap_or(extent).max(1e-9 * extent);
     Ok(Slide { interval, pace: (interval.end - interval.start) / length })

@@ -87,13 +87,15 @@ pub(crate) fn gap(shape: &dyn Shape) -> Option<(f64, f64, f64)> {
     Some((side.start, side.end, (at(side.end)?.apply(points) - at(side.start)?.apply(points)).norm()))
 }
 
-/// What keeps a curve closed where its ends meet, and smooth there and at knots at which it may fold but does not. Nothing at the ends where others hold both.
-pub(crate) fn kept(body: &Body, index: usize, others: &[Hold]) -> Vec<Hold> {
+/// What keeps a curve closed where its ends meet, and smooth there and at knots at which it may fold but does not; and whether its ends are kept together. Nothing at the
+/// ends where others hold both.
+pub(crate) fn kept(body: &Body, index: usize, others: &[Hold]) -> (bool, Vec<Hold>) {
     let shape = body.shape.as_ref();
+    let none = (false, Vec::new());
     if body.still || shape.domain().len() != 1 {
-        return Vec::new();
+        return none;
     }
-    let Some(splines) = shape.cells().and_then(|cells| cells.splines()) else { return Vec::new() };
+    let Some(splines) = shape.cells().and_then(|cells| cells.splines()) else { return none };
     let (degree, size) = (splines.u.degree(), extent(shape.control_vertices()));
     let hold = |before: f64, after: f64, order: usize, name: String| {
         let speed = |u: f64, side: Side| derivative(shape, u, side).map_or(0.0, |way| way.norm());
@@ -118,7 +120,7 @@ pub(crate) fn kept(body: &Body, index: usize, others: &[Hold]) -> Vec<Hold> {
         .filter(|u| *u > start && *u < end && splines.u.multiplicity(*u) >= degree)
         .collect();
     if loose.len() > MOST {
-        return found;
+        return (ends.is_some(), found);
     }
     for u in loose {
         let apart = || {
@@ -138,5 +140,5 @@ pub(crate) fn kept(body: &Body, index: usize, others: &[Hold]) -> Vec<Hold> {
             found.push(hold(u, u, 1, format!("{:?} smooth at {}", body.name, figure(u))));
         }
     }
-    found
+    (ends.is_some(), found)
 }

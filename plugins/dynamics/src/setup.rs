@@ -98,12 +98,15 @@ impl Setup {
     /// Keeps the curves that there are so far as they are closed and smooth by where their control vertices are and not by their knots: ends that meet stay together,
     /// and so do pieces; where a curve of degree 2 or more runs smoothly over its ends or a knot of full multiplicity, it goes on doing so (`C'₊ = r C'₋` with the `r` of the start; knots of
     /// curves of up to 64 such). Ends that other constraints of this setup [fix](crate::fixed) both stay theirs. These are constraints like others, numbered behind those that
-    /// there are.
+    /// there are. Places slide round over ends that are kept together.
     #[must_use]
     pub fn keep_seams(mut self) -> Self {
-        let bodies = self.bodies.iter().enumerate();
-        let all: Vec<Hold> =
-            bodies.flat_map(|(index, body)| crate::seam::kept(body, index, &self.constraints)).collect();
+        let mut all = Vec::new();
+        for (index, body) in self.bodies.iter_mut().enumerate() {
+            let (closed, kept) = crate::seam::kept(body, index, &self.constraints);
+            body.closed |= closed;
+            all.extend(kept);
+        }
         self.constraints.extend(all);
         self
     }
@@ -226,7 +229,7 @@ impl Setup {
                 .into_iter()
                 .map(|constraint| {
                     check_constraint(&constraint, &shapes)?;
-                    Link::new(constraint, &shapes, &|body, axis| slide_of(&shapes, body, axis), draw)
+                    Link::new(constraint, &shapes, &|body, axis| slide_of(&moving, body, axis), draw)
                 })
                 .collect::<Result<Vec<_>>>()?;
             let mut loads = Vec::new();

@@ -11,7 +11,7 @@ use loftsman_kernel::shape::{Location, Splines, cells_of};
 
 pub(crate) use self::curving::Curving;
 pub(crate) use self::rows::Desk;
-pub(crate) use self::slides::{BESIDE, Places, sharp_knots};
+pub(crate) use self::slides::{BESIDE, Places};
 use crate::constraint::{Hold, Looks, Place, Target};
 use crate::error::{DynamicsError, Result};
 use crate::place::Slide;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::functional::Shapes;
-use loftsman_kernel::shape::{Derivative, Location, Shape, cells_of};
+use loftsman_kernel::shape::{Derivative, Interval, Location, Shape, cells_of};
 use nalgebra::Matrix3;
 use smallvec::SmallVec;
 
@@ -17,7 +17,7 @@ pub(crate) const BESIDE: f64 = 1e-10;
 
 /// The knots of a shape along a parameter where the derivative of this order is no more than continuous, if that (the point itself is of order 0), ascending. None
 /// where its splines are not known.
-pub(crate) fn sharp_knots(shape: &dyn Shape, axis: usize, order: usize) -> Vec<f64> {
+fn sharp_knots(shape: &dyn Shape, axis: usize, order: usize) -> Vec<f64> {
     let splines = cells_of(shape, "a place that slides").ok().and_then(|cells| cells.splines());
     let Some(space) = splines.and_then(|splines| if axis == 0 { Some(splines.u) } else { splines.v }) else {
         return Vec::new();
@@ -26,6 +26,13 @@ pub(crate) fn sharp_knots(shape: &dyn Shape, axis: usize, order: usize) -> Vec<f
     let inside = |u: f64| u < end && (space.is_periodic() || u > start);
     let all = space.breakpoints().into_iter();
     all.filter(|u| inside(*u) && space.multiplicity(*u) + order >= space.degree()).collect()
+}
+
+/// Whether a curve whose ends are kept together arrives there otherwise than it sets out: in another direction, or not as fast in its parameter.
+fn jumps(shape: &dyn Shape, ends: Interval) -> bool {
+    let way = |at: f64| shape.value(Location::Curve(at), Derivative::from(1));
+    let (Ok(first), Ok(last)) = (way(ends.start), way(ends.end)) else { return true };
+    (first - last).norm() > 1e-9 * first.norm().max(last.norm())
 }
 
 /// What turned round so often across a corner stands on it.
@@ -183,8 +190,17 @@ impl Link {
         let mut all = Vec::with_capacity(self.slides.len());
         for (index, place) in self.places.iter().enumerate().filter(|(_, place)| place.floats) {
             let shape = shapes.get(place.body)?;
-            let axes = 0..place.location.parameters();
-            all.extend(axes.map(|axis| sharp_knots(shape, axis, self.order_at(index))));
+            for axis in 0..place.location.parameters() {
+                let mut sharp = sharp_knots(shape, axis, self.order_at(index));
+                let slide = self.slides.get(all.len()).map(|slide| slide.interval);
+                let own = shape.domain().get(axis).copied();
+                if let Some((own, _)) = own.zip(slide).filter(|(own, slide)| slide.periodic && !own.periodic)
+                    && (self.order_at(index) > 0 || jumps(shape, own))
+                {
+                    sharp.insert(0, own.start);
+                }
+                all.push(sharp);
+            }
         }
         self.corners = all;
         self.stands.clear();

@@ -10,9 +10,8 @@ use smallvec::SmallVec;
 use super::Simulation;
 use super::tangent::Tangent;
 use crate::error::Result;
-use crate::link::{BESIDE, sharp_knots};
+use crate::link::BESIDE;
 use crate::place::Slide;
-use loftsman_kernel::shape::Location;
 
 /// A place is on a corner within this share of its shape's parameters.
 const ON: f64 = 1e-9;
@@ -64,24 +63,13 @@ impl Simulation {
     /// When there are not as many constraints.
     pub fn on_corners(&self, constraint: usize) -> Result<Vec<bool>> {
         let link = self.link(constraint)?;
+        let (parameters, mut first) = (link.parameters(), 0);
         let mut all = Vec::new();
-        for (index, place) in link.places.iter().enumerate().filter(|(_, place)| place.floats) {
-            let (order, shape) = (link.order_at(index), self.shape(place.body)?);
-            let (place, domain) = (place.location, shape.domain());
-            let values: SmallVec<[f64; 2]> = match place {
-                Location::Curve(u) => SmallVec::from_slice(&[u]),
-                Location::Surface(u, v) | Location::Face(_, u, v) => SmallVec::from_slice(&[u, v]),
-                Location::Vertex(_) => SmallVec::new(),
-            };
-            let mut on = values.iter().zip(&domain).enumerate().map(|(axis, (value, interval))| {
-                let whole = interval.end - interval.start;
-                let way = |corner: f64| {
-                    let way = (corner - value).abs();
-                    if interval.periodic { way.min((whole - way).abs()) } else { way }
-                };
-                sharp_knots(shape, axis, order).into_iter().any(|corner| way(corner) <= ON * whole)
-            });
-            all.push(on.any(|on| on));
+        for place in link.places.iter().filter(|place| place.floats) {
+            let own = first..first + place.location.parameters();
+            first = own.end;
+            let on = |own: usize| is_on(&link.corners()[own], &link.slides[own], parameters[own]);
+            all.push(own.into_iter().any(on));
         }
         Ok(all)
     }

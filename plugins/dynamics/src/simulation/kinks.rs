@@ -301,7 +301,7 @@ impl Simulation {
 
     /// A parameter of a body within its domain: round where that is closed.
     pub(super) fn wrapped(&self, body: usize, at: f64) -> f64 {
-        match self.bodies[body].body.shape.domain().first() {
+        match self.bodies[body].body.interval(0) {
             Some(side) if side.periodic => side.start + (at - side.start).rem_euclid(side.end - side.start),
             _ => at,
         }

@@ -37,7 +37,7 @@ impl Simulation {
     /// How far it is along a curve, in parameters, from a place to the next on both sides where a constraint holds it or a force or pull acts, or to its end: behind
     /// and ahead.
     pub(super) fn ways(&self, body: usize, at: f64) -> Result<[f64; 2]> {
-        let Some(interval) = self.bodies[body].body.shape.domain().first().copied() else {
+        let Some(interval) = self.bodies[body].body.interval(0) else {
             return Ok([0.0; 2]);
         };
         let whole = interval.end - interval.start;

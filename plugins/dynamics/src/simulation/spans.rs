@@ -97,7 +97,8 @@ impl Simulation {
                 if let Some(splines) =
                     cells_of(shape, "a place that slides").ok().and_then(|cells| cells.splines())
                 {
-                    let (spans, periodic) = (splines.u.breakpoints(), splines.u.is_periodic());
+                    let spans = splines.u.breakpoints();
+                    let periodic = self.bodies[at.body].body.interval(0).is_some_and(|side| side.periodic);
                     all.push(Slider { link, place, spans, periodic });
                 }
             }

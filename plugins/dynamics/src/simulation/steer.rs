@@ -101,7 +101,7 @@ impl Simulation {
         let link = {
             let shapes = shapes(&self.bodies);
             check_constraint(&constraint, &shapes)?;
-            Link::new(constraint, &shapes, &|body, axis| slide_of(&shapes, body, axis), draw)?
+            Link::new(constraint, &shapes, &|body, axis| slide_of(&self.bodies, body, axis), draw)?
         };
         self.links.push(link);
         Ok(self.links.len() - 1)
