@@ -262,6 +262,23 @@ fn what_is_not_as_in_nature_is_told() {
             warnings.iter().any(|w| w.contains("% shorter than at rest") && w.contains("more stiffness"));
         assert_eq!(told, shrinks, "{bending}: {warnings:?}");
     }
+    // A ring cannot unbend: by `λ = 1/(1 + bending/(stiffness r²))` it is smaller at rest.
+    for (bending, shrinks) in [(0.0005, false), (0.5, true)] {
+        let points = (0..24).map(|i| {
+            let t = f64::from(i) * std::f64::consts::TAU / 24.0;
+            Point::new(0.5 * t.cos(), 0.5 * t.sin(), 0.0)
+        });
+        let curve = Curve::new(Space::periodic_uniform(3, 24).unwrap(), points.collect()).unwrap();
+        let mut scene = Scene::new();
+        scene.add(Object::new("ring", Geometry::Curve(curve))).unwrap();
+        let held = json!([{ "kind": "fixed", "at": 0 }]);
+        let fields = json!({ "settle": true, "stiffness": 100, "bending": bending, "gravity": [0, 0, 0], "constraints": held });
+        let warnings = run(&mut scene, fields).unwrap().warnings;
+        // x = 0.5/(100 · 0.5²) = 2 %, of which at the smaller radius 2 · 1.02² are told.
+        let told =
+            |w: &String| w.contains("shorter than at rest") && w.contains("draws it together, by about 2.");
+        assert_eq!(warnings.iter().any(told), shrinks, "{bending}: {warnings:?}");
+    }
     // Drawn through a point to where it came from, without a vertex to turn at.
     let held = json!([
         { "kind": "fixed", "at": 0, "to": [0, 0, 0] },

@@ -2,7 +2,7 @@
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::plugin::OperationError;
-use loftsman_kernel::shape::{Cell, Derivative, Location, Shape};
+use loftsman_kernel::shape::{Cell, Derivative, Location, Shape, cells_of};
 use loftsman_kernel::text::{figure, short};
 
 use super::reach;
@@ -17,7 +17,7 @@ const MORE: usize = 6;
 const STILL: f64 = 1e-3;
 /// The place of the least speed is found by so many cuts in three.
 const CUTS: usize = 60;
-/// `bending` beyond this share of stiffness times the square of the length shortens what is curved, where that shows by so much.
+/// `bending` beyond this share of stiffness times the square of the length shortens what is curved, and so does any that draws what stays curved together by half of what shows.
 const STRONG: f64 = 0.1;
 const SHORTER: f64 = 2e-3;
 /// The centre of mass is off where it is so by more than this share of the size.
@@ -93,16 +93,47 @@ pub(super) fn shrunk(
         return Ok(None);
     }
     let length = rest * reach(simulation.start_of(body)?.as_ref())?;
-    let strength = bending / (stiffness * length * length);
     let shorter = 1.0 - reach(shape)? / length;
-    Ok((strength > STRONG && shorter > SHORTER).then(|| {
-        format!(
+    if shorter <= SHORTER {
+        return Ok(None);
+    }
+    let strength = bending / (stiffness * length * length);
+    if strength > STRONG {
+        return Ok(Some(format!(
             "{name:?} is {} % shorter than at rest, and its `bending` is {} times its `stiffness` times the square of its length: so strong bending shrinks what is curved \
              rather than straightening it; give more stiffness (for less than 0.1 times), or less bending",
             short(100.0 * shorter),
             short(strength)
+        )));
+    }
+    let drawn = bending / stiffness * mean_square_of_curvature(shape)?;
+    Ok((drawn > 0.5 * SHORTER).then(|| {
+        format!(
+            "{name:?} is {} % shorter than at rest: as curved as it is its `bending` draws it together, by about {} % (`bending / stiffness` times the mean square of its \
+             curvature); give more stiffness, or less bending",
+            short(100.0 * shorter),
+            short(100.0 * drawn)
         )
     }))
+}
+
+/// The mean of `κ²` over the length of a curve.
+fn mean_square_of_curvature(shape: &dyn Shape) -> Result<f64, OperationError> {
+    let (mut sum, mut length) = (0.0, 0.0);
+    for cell in cells_of(shape, "a curvature")?.checked(shape)? {
+        let degree = cell.sides.first().map_or(0, |side| side.degree);
+        for (at, weight) in cell.gauss_points([degree + MORE, 0]) {
+            let derivative = |order: usize| shape.stencil(at, Derivative::from(order));
+            let points = shape.control_vertices();
+            let (first, second) = (derivative(1)?.apply(points), derivative(2)?.apply(points));
+            let speed = first.norm();
+            if speed > 0.0 {
+                length += weight * speed;
+                sum += weight * first.cross(&second).norm_squared() / speed.powi(5);
+            }
+        }
+    }
+    Ok(if length > 0.0 { sum / length } else { 0.0 })
 }
 
 /// That the mass of a surface is not quite where its area is.
