@@ -571,3 +571,34 @@ fn what_is_linear_only_beside_something_else_is_refused() {
         assert!(message.contains(kind) && message.contains("not linear"), "{message}");
     }
 }
+
+/// A lace drawn zigzag through rings is held back where it turns within its spans: both sides of each ring are told after a motion, and where that is. A straight one is not.
+#[test]
+fn what_holds_a_lace_back_in_a_motion_is_told() {
+    for (width, jams) in [(0.6, true), (0.0, false)] {
+        let points: Vec<Point> = (0..41)
+            .map(|i| {
+                let (leg, along) = (i / 10, f64::from(i % 10) / 10.0);
+                let across = if leg % 2 == 0 { along } else { 1.0 - along };
+                Point::new(0.02 * f64::from(i), width * across, 0.0)
+            })
+            .collect();
+        let curve = Curve::new(Space::clamped_uniform(2, 41).unwrap(), points).unwrap();
+        let mut scene = Scene::new();
+        scene.unit = Unit::Metre;
+        let rings = [9.5, 19.5, 29.5]
+            .map(|at| json!({ "kind": "sliding", "near": at, "name": format!("ring {at}") }));
+        let [a, b, c] = rings;
+        let end = curve.points()[40];
+        let held = json!([{ "kind": "fixed", "at": 0 }, a, b, c,
+            { "kind": "fixed", "at": 39, "to": [[end.x, end.y, 0], [end.x + 0.5, end.y - 0.1 * width, 0]], "arrive": 1, "name": "hand" }]);
+        scene.add(Object::new("lace", Geometry::Curve(curve))).unwrap();
+        let fields = json!({ "seconds": 3, "scheme": "implicit", "step": 0.01, "stiffness": 50, "damping": 5, "gravity": [0, 0, 0], "constraints": held });
+        let report = run(&mut scene, fields).unwrap();
+        let sides = report.notes.iter().filter(|note| note.contains("on both sides stretched by ")).count();
+        assert_eq!(sides, 3, "{:?}", report.notes);
+        let held_back = report.notes.iter().find(|note| note.contains("holds it back as friction would"));
+        assert_eq!(held_back.is_some(), jams, "{:?}", report.notes);
+        assert!(held_back.is_none_or(|note| note.contains("\"ring 29.5\"")), "{held_back:?}");
+    }
+}

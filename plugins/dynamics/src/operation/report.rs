@@ -127,9 +127,10 @@ pub(super) fn report(
         simulation.events().iter().map(|e| format!("{} s: \"{}\": {}", round(e.time), e.name, e.what)),
     );
     notes.extend(ends(simulation, seen)?);
-    if settled.is_some() {
-        notes.extend(sides(simulation)?);
-        notes.extend(settled.and_then(|settled| without_corners(settled.turns)));
+    notes.extend(sides(simulation)?);
+    match settled {
+        Some(settled) => notes.extend(without_corners(settled.turns)),
+        None => notes.extend(held_back(simulation)?),
     }
     let mut constraints = Vec::with_capacity(errors.len());
     for (index, residual) in errors.iter().enumerate() {
@@ -270,6 +271,29 @@ fn sides(simulation: &Simulation) -> Result<Vec<String>, OperationError> {
     }
     lines.truncate(ENDS);
     Ok(lines)
+}
+
+/// That a rope in motion is held back where it turns within its spans: both its sides differ at a place that slides by more than this share of the larger.
+const APART: f64 = 0.1;
+
+fn held_back(simulation: &Simulation) -> Result<Option<String>, OperationError> {
+    let mut names = Vec::new();
+    for index in simulation.turning()? {
+        let apart = |[a, b]: &[f64; 2]| (a - b).abs() > APART * a.abs().max(b.abs());
+        if simulation.side_stretches(index)?.iter().any(apart) {
+            names.push(format!("\"{}\"", simulation.name_of(index)?));
+        }
+    }
+    let more = names.len().saturating_sub(LEFTS);
+    names.truncate(LEFTS);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    Ok((!names.is_empty()).then(|| {
+        format!(
+            "at {}{more} a rope turns within its spans and not at a point, which holds it back as friction would, the more the more such places it passes: more control \
+             vertices (`refine`) hold it back less, and `settle = true` gives it corners there, so that both sides are stretched alike",
+            names.join(", ")
+        )
+    }))
 }
 
 /// That a rope turns without corners, in words.

@@ -79,6 +79,13 @@ struct Smooth {
 }
 
 impl Simulation {
+    /// The constraints with a place that slides where a curve turns that could be given a corner there.
+    pub(crate) fn turning(&self) -> Result<Vec<usize>> {
+        let mut all: Vec<usize> = self.kinks()?.iter().map(|kink| kink.link).collect();
+        all.dedup();
+        Ok(all)
+    }
+
     /// All corners that curves were given where they turn at places that slide, as [`settle`](Self::settle) gives them.
     pub fn corners(&self) -> &[Corner] {
         &self.corners
