@@ -17,6 +17,8 @@ pub enum Oracle {
     Blender,
     /// Blender's modifier "Subdivision Surface" on a cage.
     BlenderSubdivision,
+    /// Blender's import of a glTF file, and its export beside it.
+    BlenderPass,
     /// MeshLab.
     MeshLab,
     /// OpenCASCADE, on STEP and IGES files.
@@ -31,6 +33,7 @@ impl Oracle {
         match self {
             Self::Blender => ("blender/bin/python", "blender_report.py"),
             Self::BlenderSubdivision => ("blender/bin/python", "blender_subdivide.py"),
+            Self::BlenderPass => ("blender/bin/python", "blender_pass.py"),
             Self::MeshLab => ("python/bin/python", "meshlab_report.py"),
             Self::OpenCascade => ("python/bin/python", "occt_report.py"),
             Self::GltfValidator => ("node/node_modules/gltf-validator", "gltf_validate.mjs"),

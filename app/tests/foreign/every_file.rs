@@ -116,7 +116,8 @@ fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
     all
 }
 
-/// What was written once is written again with the same bytes, and what lies beside it, too.
+/// What was written once is written again with the same bytes, and what lies beside it, too; and so it is where a native document, which holds
+/// everything, stands between.
 #[test]
 fn one_pass_reaches_a_fixed_point() {
     let mut done = 0;
@@ -128,19 +129,25 @@ fn one_pass_reaches_a_fixed_point() {
         for input in inputs {
             for extension in extensions {
                 let folder = tempfile::tempdir().unwrap();
-                let (first, second) = (folder.path().join("first"), folder.path().join("second"));
-                for into in [&first, &second] {
-                    std::fs::create_dir(into).unwrap();
-                }
+                let folders = ["first", "second", "document", "third"].map(|name| folder.path().join(name));
+                folders.iter().for_each(|into| std::fs::create_dir(into).unwrap());
+                let [first, second, document, third] = &folders;
                 let name = format!("x.{extension}");
-                let [once, twice] = [&first, &second].map(|into| text(&into.join(&name)));
+                let native = text(&document.join("x.loft.json"));
+                let [once, twice, by_native] = [first, second, third].map(|into| text(&into.join(&name)));
                 LOFTSMAN.done(folder.path(), &["convert", &text(&input), &once]);
                 LOFTSMAN.done(folder.path(), &["convert", &once, &twice]);
-                let (once, twice) = (contents(&first), contents(&second));
-                let [a, b] = [&once, &twice].map(|all| all.iter().map(|(name, _)| name).collect::<Vec<_>>());
-                assert_eq!(a, b, "{} as {extension}", input.display());
-                for ((name, once), (_, twice)) in once.iter().zip(&twice) {
-                    assert!(once == twice, "{} as {extension}: {name} changed", input.display());
+                LOFTSMAN.done(folder.path(), &["convert", &text(&input), &native]);
+                LOFTSMAN.done(folder.path(), &["convert", &native, &by_native]);
+                let once = contents(first);
+                for (again, way) in [(second, "read and written again"), (third, "by way of a document")] {
+                    let again = contents(again);
+                    let [a, b] =
+                        [&once, &again].map(|all| all.iter().map(|(name, _)| name).collect::<Vec<_>>());
+                    assert_eq!(a, b, "{} as {extension}, {way}", input.display());
+                    for ((name, once), (_, again)) in once.iter().zip(&again) {
+                        assert!(once == again, "{} as {extension}, {way}: {name} changed", input.display());
+                    }
                 }
                 done += 1;
             }

@@ -1,5 +1,9 @@
 //! glTF: clean for the Khronos validator, and Blender shows what the scene holds.
 
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use loftsman_kernel::nalgebra::{Matrix4, Point3};
 use loftsman_tests::curves::{box_json, curve, curve_json, document, tube_json};
 use loftsman_tests::oracle::{Oracle, list, number, object, position, text};
 use serde_json::{Value, json};
@@ -258,4 +262,170 @@ fn blender_plays_a_rope_and_its_tube_as_the_files_of_frames_show_them() {
     }
     // The end rises by a metre a second.
     assert!(ways[2] > ways[0] + 1.0, "{ways:?}");
+}
+
+/// Splines and a mesh, below nodes that turn, stretch and mirror, and twice by instances; `size` is about how large they are.
+fn nested(unit: &str, up: &str, size: f64) -> Value {
+    let turned = |scale: f64, at: f64| -> Value {
+        let (c, s) = (0.8 * scale, 0.6 * scale);
+        json!([[c, -s, 0.0, at], [s, c, 0.0, -at], [0.0, 0.0, scale, 2.0 * at], [0.0, 0.0, 0.0, 1.0]])
+    };
+    let block = box_json([0.0; 3], [size, 2.0 * size, 3.0 * size]);
+    let scaled = |mut surface: Value| -> Value {
+        for p in
+            surface["points"].as_array_mut().unwrap().iter_mut().flat_map(|row| row.as_array_mut().unwrap())
+        {
+            p.as_array_mut().unwrap().iter_mut().for_each(|x| *x = (x.as_f64().unwrap() * size).into());
+        }
+        surface
+    };
+    json!({
+        "loftsman": 1, "unit": unit, "up": up,
+        "definitions": [{ "name": "bolt", "objects": [
+            { "name": "thread", "curve": curve_json(&curve("uneven", 3, false, size)) },
+            { "name": "shank", "surface": scaled(tube_json(8, 6, true)), "transform": turned(0.5, size) },
+        ] }],
+        "objects": [
+            { "name": "ship", "transform": turned(1.0, 3.0 * size) },
+            { "name": "hull", "parent": "ship", "surface": scaled(tube_json(8, 6, false)), "transform": turned(-2.0, size) },
+            { "name": "rib", "parent": "hull", "curve": curve_json(&curve("periodic", 3, true, size)), "transform": turned(0.25, size) },
+            { "name": "far", "curve": curve_json(&curve("clamped", 2, false, size)), "transform": turned(1.0, 500.0 * size) },
+            { "name": "keel", "parent": "ship", "mesh": block },
+            { "name": "left", "instance": "bolt", "transform": turned(1.0, 7.0 * size) },
+            { "name": "right", "instance": "bolt", "transform": turned(1.5, -7.0 * size) },
+        ],
+    })
+}
+
+fn matrix(rows: &Value) -> Matrix4<f64> {
+    if rows.is_null() {
+        return Matrix4::identity();
+    }
+    Matrix4::from_fn(|i, j| rows[i][j].as_f64().unwrap())
+}
+
+/// Where the points of each object are in the scene, and its exact spline, by its name.
+fn placed(document: &Value) -> BTreeMap<String, ([f64; 6], Value)> {
+    let objects = list(document, "objects");
+    let named = |name: &str| objects.iter().find(|o| o["name"] == name).unwrap();
+    let mut all = BTreeMap::new();
+    for object in objects {
+        let (mut at, mut above) = (matrix(&object["transform"]), &object["parent"]);
+        while let Some(parent) = above.as_str() {
+            (at, above) = (matrix(&named(parent)["transform"]) * at, &named(parent)["parent"]);
+        }
+        let kinds = ["curve", "surface", "mesh"];
+        let geometry = kinds.iter().map(|kind| &object[*kind]).find(|g| !g.is_null()).unwrap_or(&Value::Null);
+        let mut bounds = [
+            f64::INFINITY,
+            f64::INFINITY,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::NEG_INFINITY,
+            f64::NEG_INFINITY,
+        ];
+        let mut open: Vec<&Value> = vec![&geometry["points"]];
+        while let Some(next) = open.pop() {
+            let Some(inner) = next.as_array() else { continue };
+            if inner.first().is_some_and(Value::is_array) {
+                open.extend(inner);
+                continue;
+            }
+            let p = [0, 1, 2].map(|k| inner[k].as_f64().unwrap());
+            let q = at.transform_point(&Point3::from(p));
+            for k in 0..3 {
+                (bounds[k], bounds[k + 3]) = (bounds[k].min(q[k]), bounds[k + 3].max(q[k]));
+            }
+        }
+        let exact = if object["mesh"].is_null() { geometry.clone() } else { Value::Null };
+        all.insert(object["name"].as_str().unwrap().to_owned(), (bounds, exact));
+    }
+    all
+}
+
+fn read_as_document(folder: &Path, file: &str) -> (Value, String) {
+    let told = LOFTSMAN.done(folder, &["convert", file, "read.loft.json"]);
+    (serde_json::from_str(&std::fs::read_to_string(folder.join("read.loft.json")).unwrap()).unwrap(), told)
+}
+
+/// Blender keeps what hangs at an object and drops what stands at the file; lines only where it is told to.
+#[test]
+fn what_comes_back_from_blender_is_as_large_and_stands_as_it_went() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases = [
+        ("mm", "z", 20.0),
+        ("cm", "y", 20.0),
+        ("m", "z", 2.0),
+        ("m", "y", 2.0),
+        ("in", "z", 9.0),
+        ("mm", "y", 8.0),
+    ];
+    for (number, (unit, up, size)) in cases.into_iter().enumerate() {
+        let name = format!("{unit}-{up}.glb");
+        save(folder.path(), "scene.loft.json", &nested(unit, up, size));
+        LOFTSMAN.done(folder.path(), &["convert", "scene.loft.json", &name]);
+        let (went, _) = read_as_document(folder.path(), &name);
+        let edges = number % 2 == 0;
+        let options: &[&str] = if edges { &["--edges"] } else { &[] };
+        if Oracle::BlenderPass.ask(&[folder.path().join(&name)], options).is_none() {
+            return;
+        }
+        let (came, told) = read_as_document(folder.path(), &format!("{unit}-{up}-blender.glb"));
+        assert_eq!((&came["unit"], &came["up"]), (&went["unit"], &went["up"]), "{name}");
+        assert_eq!(told.contains("have no lines or faces in the file any more"), !edges, "{told}");
+        let (went, came) = (placed(&went), placed(&came));
+        assert!(
+            went.keys().eq(came.keys()) && went.len() == 11,
+            "{name}: {:?} {:?}",
+            went.keys(),
+            came.keys()
+        );
+        for (object, (bounds, exact)) in &went {
+            let (found, same) = &came[object];
+            assert!(exact == same, "{name}: the exact spline of {object}");
+            let far = bounds.iter().filter(|x| x.is_finite()).fold(size, |far, x| far.max(x.abs()));
+            for (a, b) in bounds.iter().zip(found) {
+                assert!(
+                    a == b || (a - b).abs() <= 1e-6 * far,
+                    "{name}: {object} is at {found:?} and not at {bounds:?}"
+                );
+            }
+        }
+    }
+}
+
+/// What Blender moves or stretches moves and stretches the spline; where it changes the vertices they count, and it is told.
+#[test]
+fn what_blender_moves_is_moved_and_what_it_reshapes_is_a_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let objects = [
+        json!({ "name": "hull", "surface": tube_json(8, 6, true) }),
+        json!({ "name": "rib", "curve": curve_json(&curve("uneven", 3, false, 1.0)) }),
+    ];
+    save(folder.path(), "scene.loft.json", &document("mm", &objects));
+    let pass = |options: &[&str]| {
+        LOFTSMAN.done(folder.path(), &["convert", "scene.loft.json", "s.glb"]);
+        Oracle::BlenderPass.ask(&[folder.path().join("s.glb")], options)?;
+        Some(read_as_document(folder.path(), "s-blender.glb"))
+    };
+    let scene = document("mm", &objects);
+    let was = placed(&scene);
+    let Some((moved, _)) = pass(&["--edges", "--move", "hull", "0.5", "0.25", "-1", "--scale", "rib", "3"])
+    else {
+        return;
+    };
+    let found = placed(&moved);
+    for k in 0..6 {
+        let by = [500.0, 250.0, -1000.0][k % 3];
+        assert!((found["hull"].0[k] - was["hull"].0[k] - by).abs() < 1e-3, "{found:?}");
+        assert!((found["rib"].0[k] - 3.0 * was["rib"].0[k]).abs() < 1e-5, "{found:?}");
+    }
+    assert!(found["hull"].1 == was["hull"].1 && found["rib"].1 == was["rib"].1);
+    let (baked, told) = pass(&["--edges", "--scale", "hull", "3", "--apply"]).unwrap();
+    let hull = object(&baked, "hull");
+    assert!(hull["surface"].is_null() && !hull["mesh"].is_null());
+    assert!(told.contains("exact spline whose mesh was changed since: the mesh is taken instead"), "{told}");
+    let mesh = placed(&baked)["hull"].0;
+    let size = |bounds: &[f64; 6]| bounds[5] - bounds[2];
+    assert!((size(&mesh) / (3.0 * size(&was["hull"].0)) - 1.0).abs() < 0.2, "in millimetres too: {mesh:?}");
 }

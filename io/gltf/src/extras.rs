@@ -1,15 +1,16 @@
-//! What our reader wants and glTF has no place for: the exact spline or plug-in's shape, the exact transform, the
-//! layer; and of the whole, the unit, the up axis and the layers.
+//! What our reader wants and glTF has no place for: the exact spline or plug-in's shape, the exact transform, and the unit and
+//! axes of both, the layer; and of the whole, the unit, the up axis and the layers.
 //!
 //! It stands in `extras.loftsman` of a node, as a text of JSON (because Blender cannot take lists of lists as custom
 //! properties), and is taken only where it still belongs to the node: the spline where the node's mesh has the vertices
-//! that were written with it, the transform where it agrees with the node's.
+//! that were written with it, or no mesh at all, the transform where it agrees with the node's. Programs that pass nodes on drop
+//! what stands beside them, so that each node says its unit and axes itself.
 
 use loftsman_kernel::Point;
 use loftsman_kernel::error::{Error, Result};
 use loftsman_kernel::named::NamedList;
 use loftsman_kernel::plugin::{CustomShape, Parameters, ReadOptions};
-use loftsman_kernel::scene::{Animation, Geometry, Layer, check_layers};
+use loftsman_kernel::scene::{Animation, Geometry, Layer, Unit, Up, check_layers};
 use loftsman_kernel::spline::trimmed::{ParameterCurve, Region};
 use loftsman_kernel::spline::{Curve, Space, Surface, Trimmed};
 use nalgebra::Matrix4;
@@ -20,6 +21,12 @@ use serde_json::{Map, Value};
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct ExtrasFields {
+    /// The unit of the spline, its frames and the transform; as for the whole file where it is not said, as in files written before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) unit: Option<Unit>,
+    /// Their axis up, likewise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) up: Option<Up>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) curve: Option<CurveFields>,
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -8,9 +8,9 @@
 //!   through the tessellator of the options: triangles with smooth normals, and line strips. Faces of Breps that have colours are a primitive
 //!   for each colour; a face that cannot be cut is left out, and named in the report. *Clouds* are points.
 //! * *The exact spline* goes along: a node has `extras.loftsman`, a text that holds `curve`, `surface` or `trimmed` as a
-//!   `*.loft.json` document has them, in the scene's own unit and axes, which `asset.extras.loftsman` names; and the
-//!   name of the layer, and the exact transform where the node's parts round it. (A text, because Blender cannot take lists of
-//!   lists as custom properties.)
+//!   `*.loft.json` document has them, in the scene's own unit and axes, which it names, as `asset.extras.loftsman` does for the whole
+//!   (Blender passes on what belongs to nodes only); and the name of the layer, and the exact transform where the node's parts round it.
+//!   (A text, because Blender cannot take lists of lists as custom properties.)
 //! * *Objects that share their geometry* share its vertices, and its mesh where their materials are the same too, unless they
 //!   move or shear. Instances become nodes with nodes of what they show below them, which share it likewise.
 //! * *Names, hierarchy, transforms* become nodes. glTF fixes metres and y up: points and transforms are turned and
@@ -50,7 +50,8 @@
 //! lines the mesh's lines, or a polyline where there is one strip and nothing else; points a cloud; lines and points with
 //! colours or other layers are a mesh of nothing else.
 //! Accessors may be sparse, interleaved, normalised or quantised. An exact spline is taken from the extras as long as the
-//! mesh has the vertices that were written with it. Tangents and the `extras` of other programs are kept. Skins, cameras,
+//! mesh has the vertices that were written with it, or the node no mesh at all. The unit and axes of the scene are those that the asset
+//! notes, else those of all nodes that note any; splines that were noted in others are changed into these. Tangents and the `extras` of other programs are kept. Skins, cameras,
 //! lights, animations of nodes, morph targets that nothing animates (weights bend the shape once), attributes and
 //! extensions that Loftsman has nothing for are counted in the report. Extensions that a file needs and this reader does
 //! not know, compression above all, are refused by name. A scene may take 64 times the memory that the file has bytes

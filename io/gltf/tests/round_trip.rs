@@ -532,3 +532,89 @@ fn a_scene_of_one_fate_is_reported_as_such() {
     assert!(report.objects.iter().all(|o| o.fate != Fate::LeftOut));
     assert!(report.notes.iter().any(|n| n.contains("rounded by at most")), "{report:?}");
 }
+
+/// A file of a program that keeps what belongs to nodes and nothing else; `change` changes its document further.
+fn passed_on(scene: &Scene, change: impl Fn(&mut Value)) -> Memory {
+    let mut document = json_of(&write_as(scene, "part.gltf", json!({})));
+    document["asset"].as_object_mut().unwrap().remove("extras");
+    change(&mut document);
+    let mut file = Memory::new("part.gltf", document.to_string());
+    let written = write_as(scene, "part.gltf", json!({}));
+    file.siblings = written.siblings;
+    file
+}
+
+fn sheet_in(unit: Unit, up: Up) -> Scene {
+    let mut scene = Scene::new();
+    (scene.unit, scene.up) = (unit, up);
+    let mut sheet = Object::new("sheet", patch().into());
+    sheet.transform = Some(Matrix4::new_translation(&Vector::new(0.1, 0.2, 1.0 / 3.0)));
+    scene.add(sheet).unwrap();
+    scene
+}
+
+#[test]
+fn a_node_says_its_unit_and_axes_itself() {
+    for (unit, up) in
+        [(Unit::Millimetre, Up::Z), (Unit::Inch, Up::Y), (Unit::Metre, Up::Z), (Unit::Metre, Up::Y)]
+    {
+        let scene = sheet_in(unit, up);
+        let (found, report) = read(&passed_on(&scene, |_| {}));
+        assert!(report.left_out.is_empty(), "{report:?}");
+        assert_eq!((found.unit, found.up), (unit, up));
+        assert_eq!(format!("{:?}", found.objects()), format!("{:?}", scene.objects()));
+    }
+    // Files that were written before say it of the whole only.
+    let forget = |document: &mut Value| {
+        let own = &mut document["nodes"][0]["extras"]["loftsman"];
+        let mut fields: Value = serde_json::from_str(own.as_str().unwrap()).unwrap();
+        assert_eq!((&fields["unit"], &fields["up"]), (&json!("cm"), &json!("z")));
+        fields.as_object_mut().unwrap().retain(|key, _| key != "unit" && key != "up");
+        *own = fields.to_string().into();
+    };
+    let scene = sheet_in(Unit::Centimetre, Up::Z);
+    let before = passed_on(&scene, |document| {
+        forget(document);
+        document["asset"]["extras"] = json!({ "loftsman": { "unit": "cm", "up": "z" } });
+    });
+    let (found, _) = read(&before);
+    assert_eq!((found.unit, found.up), (Unit::Centimetre, Up::Z));
+    assert_eq!(format!("{:?}", found.objects()), format!("{:?}", scene.objects()));
+    // One in millimetres and one in metres: both as large as they are.
+    let two = passed_on(&scene, |document| {
+        let mut other = document["nodes"][0].clone();
+        other["name"] = "other".into();
+        let own = other["extras"]["loftsman"].as_str().unwrap().to_owned();
+        let mut fields: Value = serde_json::from_str(&own).unwrap();
+        (fields["unit"], fields["up"]) = ("m".into(), "y".into());
+        fields.as_object_mut().unwrap().retain(|key, _| key != "shown_by" && key != "transform");
+        other["extras"]["loftsman"] = fields.to_string().into();
+        other.as_object_mut().unwrap().remove("mesh");
+        document["nodes"].as_array_mut().unwrap().push(other);
+        document["scenes"][0]["nodes"] = json!([0, 1]);
+    });
+    let (found, report) = read(&two);
+    assert_eq!((found.unit, found.up), (Unit::Metre, Up::Y));
+    assert!(
+        report.notes.iter().any(|note| note.contains("in cm with z up and in m with y up")),
+        "{report:?}"
+    );
+    for (p, q) in found.objects()[0].geometry().points().iter().zip(patch().points()) {
+        assert!((p - Point::new(q.x, q.z, -q.y) / 100.0).norm() < 1e-15, "{p} {q}");
+    }
+    assert_eq!(found.objects()[1].geometry().points(), patch().points());
+}
+
+#[test]
+fn a_spline_whose_mesh_is_gone_is_there_all_the_same() {
+    let scene = sheet_in(Unit::Millimetre, Up::Z);
+    let file = passed_on(&scene, |document| {
+        document["nodes"][0].as_object_mut().unwrap().remove("mesh");
+        document.as_object_mut().unwrap().remove("meshes");
+    });
+    let (found, report) = read(&file);
+    assert!(report.left_out.is_empty(), "{report:?}");
+    let said = "1 exact spline has no lines or faces in the file any more";
+    assert_eq!(report.notes.iter().filter(|note| note.starts_with(said)).count(), 1, "{report:?}");
+    assert_eq!(format!("{:?}", found.objects()), format!("{:?}", scene.objects()));
+}

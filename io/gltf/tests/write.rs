@@ -4,11 +4,11 @@
 
 use gltf::mesh::Mode;
 use loftsman_gltf::Gltf;
-use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
+use loftsman_kernel::mesh::{Cloud, Layer, Mesh, Polyline};
 use loftsman_kernel::plugin::{
     Chord, Fate, Fineness, Format, Memory, Parameters, UpChoice, WriteOptions, WriteReport,
 };
-use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit};
+use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use loftsman_tessellation::Adaptive;
@@ -443,5 +443,43 @@ fn the_error_stays_within_the_tolerance_that_is_told() {
         let (_, report) = try_write(&one("surface", surface.clone()), "part.glb", options());
         let (tolerance, error) = (report.objects[0].tolerance.unwrap(), report.objects[0].error.unwrap());
         assert!(error <= tolerance, "{chord}: {error:e} of {tolerance:e}");
+    }
+}
+
+#[test]
+fn normals_without_length_do_not_cost_the_others_theirs() {
+    // A roof of two faces and a face without area; the points of its gable ends and of that face have no normal.
+    let at = [
+        [0.0, 0.0, 0.0],
+        [2.0, 0.0, 0.0],
+        [2.0, 1.0, 1.0],
+        [0.0, 1.0, 1.0],
+        [2.0, 2.0, 0.0],
+        [0.0, 2.0, 0.0],
+        [1.0, 2.0, 0.0],
+    ];
+    let points = at.map(Point::from).to_vec();
+    let faces: [&[usize]; 3] = [&[0, 1, 2, 3], &[3, 2, 4, 5], &[5, 6, 4]];
+    let mut mesh = Mesh::new(points, &faces).unwrap();
+    let mut normals = vec![Vector::z(); 7];
+    for gone in [0, 2, 6] {
+        normals[gone] = Vector::zeros();
+    }
+    mesh.normals = Layer::per_point(normals);
+    let mut scene = Scene::new();
+    (scene.unit, scene.up) = (Unit::Metre, Up::Y);
+    scene.add(Object::new("roof", mesh.into())).unwrap();
+    let mut file = Memory::new("roof.glb", "");
+    let report = Gltf.write(&scene, &mut file, &WriteOptions::default()).unwrap();
+    let reason = report.objects[0].reason.clone().unwrap();
+    assert!(reason.contains("3 points without a normal of any length have that of their faces"), "{reason}");
+    let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&file.bytes).unwrap();
+    let primitive = document.meshes().next().unwrap().primitives().next().unwrap();
+    let found: Vec<_> = primitive.reader(|_| blob.as_deref()).read_normals().unwrap().collect();
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    for (p, wanted) in
+        [(0, [0.0, -half, half]), (1, [0.0, 0.0, 1.0]), (2, [0.0, 0.0, 1.0]), (6, [0.0, 0.0, 1.0])]
+    {
+        assert!((0..3).all(|k| (found[p][k] - wanted[k]).abs() < 1e-6), "{p}: {:?}", found[p]);
     }
 }

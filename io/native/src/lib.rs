@@ -34,8 +34,7 @@
 //!
 //! A definition has a `name`, `statements` (optional) and `objects`, which are as above; their names and parents are its
 //! own. Its objects may be instances of other definitions, but not of one that shows it. Geometry that
-//! objects share is written once, and as `same_as` from then on, where that spares more than 256 points; they share it
-//! again when they are read.
+//! objects share is written once, and as `same_as` from then on; they share it again when they are read.
 //!
 //! A `unit` is one of `nm`, `um`, `mm`, `cm`, `dm`, `m`, `km`, `mil`, `in`, `ft`, `us-ft`, `yd`, `mi`, any number of metres
 //! (`"0.3 m"`), or `"unknown"`.

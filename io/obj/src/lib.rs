@@ -5,7 +5,7 @@
 //! part; text may be UTF-8 or UTF-16, with any line ends.
 //!
 //! * *Objects.* Each `o` starts a scene object; `split = "group"` makes one of each `g` instead. Names come from `o`,
-//!   else the file (of curves and surfaces also from `g`). The faces and lines of a section are one mesh; lines without
+//!   else the file (of curves and surfaces also from `g`, where no `o` names them or one names the faces, lines or points before them). The faces and lines of a section are one mesh; lines without
 //!   faces are a polyline a chain, points a cloud (meshes of nothing else where the vertices have colours), each curve
 //!   and surface an object. Objects of one name become several with names of their own, and keep it as their label; OBJ
 //!   has no labels, since what has one name is one object to its readers: unique names go out.
@@ -16,8 +16,8 @@
 //! * *Vertex colours* (`v x y z r g b`, or `#MRGB` of ZBrush) are taken as sRGB, as Blender does, and kept as linear
 //!   numbers.
 //! * *Curves and surfaces*: `bspline` and `bezier` as they are; `bmatrix`, `cardinal` and `taylor` (whose powers are of
-//!   the parameter itself) by an exact change of basis; rational or not. Those whose control points and knots wrap around
-//!   are periodic. `trim`, `hole`, `scrv` and `sp` make trimmed surfaces, `con` connections of the scene.
+//!   the parameter itself) by an exact change of basis; rational or not. Those whose control points and knots wrap around,
+//!   as far as the digits of the knots tell, are periodic. `trim`, `hole`, `scrv` and `sp` make trimmed surfaces, `con` connections of the scene.
 //!
 //! **Writing.** Curves go out as NURBS, in Bézier form unless `knots = "any"`: Blender draws uneven simple knots as if
 //! they were even. Surfaces, trimmed or not, go out as `surf` and, by the tessellator of the options, as a mesh; Breps as a mesh, in which each

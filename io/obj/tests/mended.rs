@@ -172,3 +172,85 @@ fn curves_of_blender_4_4_are_what_it_draws() {
     }
     assert!(said.join("").contains("dropped") && said.join("").contains("clipped"), "{said:?}");
 }
+
+/// A closed B-spline as Blender 4.4 writes it: even knots from 0 to 1 of so many decimals, one of them moved, the first `p` vertices again behind
+/// the `n` of them.
+fn closed(p: usize, n: usize, decimals: usize, moved: f64) -> String {
+    let mut text = String::new();
+    for i in 0..n {
+        let (sin, cos) = (i as f64 / n as f64 * std::f64::consts::TAU).sin_cos();
+        writeln!(text, "v {cos:.6} {sin:.6} 0").unwrap();
+    }
+    let count = n + 2 * p + 1;
+    let knot = |k: usize| k as f64 / (count - 1) as f64 + if k == p + 2 { moved } else { 0.0 };
+    let numbers = |list: Vec<String>| list.join(" ");
+    let vertices = numbers((0..n + p).map(|i| (i % n + 1).to_string()).collect());
+    let knots = numbers((0..count).map(|k| format!("{:.decimals$}", knot(k))).collect());
+    let (from, to) = (knot(p), knot(n + p));
+    writeln!(
+        text,
+        "cstype bspline\ndeg {p}\ncurv {from:.decimals$} {to:.decimals$} {vertices}\nparm u {knots}\nend"
+    )
+    .unwrap();
+    text
+}
+
+/// Knots that repeat after a period as far as their digits tell close a curve; those that do not, by their digits, do not.
+#[test]
+fn knots_of_few_digits_close_a_curve_and_others_do_not() {
+    for p in 1..=5 {
+        for n in [7, 11, 23] {
+            let (rounded, said) = curve(&closed(p, n, 6, 0.0));
+            assert!(rounded.is_periodic() && said.is_empty(), "{p} {n}: {said:?}");
+            let (exact, _) = curve(&closed(p, n, 17, 0.0));
+            assert!(exact.is_periodic(), "{p} {n}");
+            for k in 0..100 {
+                let at = |curve: &Curve| {
+                    let (a, b) = curve.domain();
+                    curve.point(a + (b - a) * f64::from(k) / 100.0).unwrap()
+                };
+                assert!((at(&rounded) - at(&exact)).norm() < 1e-5, "{p} {n} at {k}");
+            }
+            // All digits are there to say that one is elsewhere.
+            let (open, _) = curve(&closed(p, n, 12, 1e-6));
+            assert!(!open.is_periodic() || p == 1, "{p} {n}");
+            let (open, _) = curve(&closed(p, n, 6, 1e-4));
+            assert!(!open.is_periodic() || p == 1, "{p} {n}");
+        }
+    }
+    // The vertices do not come round.
+    let (open, _) = curve(&closed(3, 9, 6, 0.0).replace("1 2 3\nparm", "1 2 4\nparm"));
+    assert!(!open.is_periodic());
+}
+
+/// The group of a curve is its name where `o` has named what stands before it: lines, points or faces.
+#[test]
+fn curves_behind_an_object_have_the_names_of_their_groups() {
+    let points: String = (0..4).map(|i| format!("v {i} {} 0\n", i * i)).collect();
+    let curve = |name: &str| {
+        format!("g {name}\ncstype bspline\ndeg 3\ncurv 0 1 1 2 3 4\nparm u 0 0 0 0 1 1 1 1\nend\n")
+    };
+    for element in ["l 1 2", "p 3", "f 1 2 3", "g first\nl 1 2", "g first\np 1"] {
+        let text = format!("{points}o rail\n{element}\n{}{}", curve("hair"), curve("beard"));
+        let (scene, report) = read(&text).unwrap();
+        let names: Vec<&str> = scene.objects().iter().map(|o| o.name()).collect();
+        assert_eq!(names, ["rail", "hair", "beard"], "{element}");
+        assert!(report.left_out.keys().all(|why| !why.contains("groups of curves")), "{report:?}");
+    }
+    // A group that the lines are in names them, and no curve.
+    let (scene, _) = read(&format!("{points}o rail\ng all\nl 1 2\n{}", curve("all"))).unwrap();
+    assert_eq!(scene.objects()[1].label(), "rail");
+}
+
+/// What is counted is found: by the line of the first.
+#[test]
+fn what_is_counted_is_told_with_the_line_of_the_first() {
+    let text = format!("bogus 1\n{BEYOND}bogus 2\nodd\nbogus\n{BEYOND}csh x\n");
+    let (_, report) = read(&text).unwrap();
+    let told: Vec<&String> = report.left_out.keys().chain(report.approximated.keys()).collect();
+    let has = |wanted: &str| assert!(told.iter().any(|why| why.contains(wanted)), "{wanted}: {told:?}");
+    has("unknown statement \"bogus\" (line 1 and 2 more)");
+    has("unknown statement \"odd\" (line 13)");
+    has("its range was clipped to that (line 9 and 1 more)");
+    has("calls of other files are not read (line 25)");
+}

@@ -77,7 +77,16 @@ pub(crate) fn read(
     let noted = extras.and_then(|extras| serde_json::from_str::<AssetExtras>(extras.get()).ok());
     let noted = noted.map(|noted| noted.loftsman);
     let (unit, up) = noted.as_ref().map_or((None, None), |noted| (noted.unit, noted.up));
-    let (unit, up) = (unit.unwrap_or(scene.unit), up.unwrap_or(scene.up));
+    let said = unit.is_some() || up.is_some();
+    let of_asset = (unit.unwrap_or(scene.unit), up.unwrap_or(scene.up));
+    let frames = noted::Frames {
+        of_file: of_asset,
+        of_scene: if said {
+            of_asset
+        } else {
+            noted::common(&file.root.nodes, &mut report).unwrap_or(of_asset)
+        },
+    };
     scene.layers = layers(noted.and_then(|noted| noted.layers), &mut report);
     if let Some(copyright) = file.root.asset.as_ref().and_then(|asset| asset.copyright.clone()) {
         scene.statements.push((COPYRIGHT.to_owned(), copyright));
@@ -86,7 +95,7 @@ pub(crate) fn read(
     report::keep(file.root.extras, "file", &[], DATA, &mut scene.statements, &mut report);
     report::inner(&file.root, &mut report);
     let looks = material::read(&file, &mut scene, &mut report)?;
-    let scene = nodes::read(&file, scene, (unit, up), &looks, options, &mut report)?;
+    let scene = nodes::read(&file, scene, frames, &looks, options, &mut report)?;
     for (count, what) in [
         (file.root.skins.len(), "skin: meshes are in their rest position"),
         (file.root.cameras.len(), "camera"),

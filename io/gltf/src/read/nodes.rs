@@ -8,12 +8,13 @@ use loftsman_kernel::named::Named;
 use loftsman_kernel::placement::Change;
 use loftsman_kernel::plugin::{Fate, FormatError, ReadOptions, ReadReport};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
+use loftsman_kernel::text::counted;
 use nalgebra::Matrix4;
 
 use super::animation::{self, Track};
 use super::file::File;
 use super::material::Look;
-use super::noted::{exact, own};
+use super::noted::{Beside, Frames, exact, own};
 use super::schema;
 use super::shared::Meshes;
 use super::tree::Tree;
@@ -30,11 +31,12 @@ const AGREES: f64 = 2e-6;
 pub(super) fn read(
     file: &File<'_>,
     mut scene: Scene,
-    noted: (Unit, Up),
+    frames: Frames,
     looks: &[Look],
     options: &ReadOptions<'_>,
     report: &mut ReadReport,
 ) -> Result<Scene, FormatError> {
+    let noted = frames.of_scene;
     let tree = Tree::of(file, &mut scene, report)?;
     let tracks = animation::tracks(file, report)?;
     let change = Change::between((scene.unit, scene.up), noted);
@@ -47,13 +49,30 @@ pub(super) fn read(
     meshes.compare(file);
     let unused = (0..file.root.meshes.len()).filter(|&mesh| !meshes.is_wanted(mesh)).count();
     report.count_many(Fate::LeftOut, "mesh that no node of the scene shows", unused);
-    let mut reader =
-        Reader { file, options, looks, tracks: &tracks, change, meshes, last: None, places: HashMap::new() };
+    let mut reader = Reader {
+        file,
+        options,
+        looks,
+        tracks: &tracks,
+        frames,
+        change,
+        meshes,
+        last: None,
+        alone: 0,
+        places: HashMap::new(),
+    };
     let mut names: HashMap<usize, String> = HashMap::new();
     let mut found = Vec::with_capacity(tree.nodes.len());
     for (done, &node) in tree.nodes.iter().enumerate() {
         options.observer.proceed("reading nodes", done as u64, tree.nodes.len() as u64)?;
         found.push(reader.node(node, &mut scene, report)?);
+    }
+    if reader.alone > 0 {
+        report.notes.push(counted(
+            reader.alone,
+            "exact spline[|s] [has|have] no lines or faces in the file any more (as Blender exports curves, unless told to write \
+             loose edges): [it is|they are] taken as [it was|they were] written",
+        ));
     }
     // First all names, so that those of nodes come before those made up for their points.
     let mut taken = Scene::new();
@@ -190,10 +209,13 @@ struct Reader<'r, 'a> {
     options: &'r ReadOptions<'r>,
     looks: &'r [Look],
     tracks: &'r HashMap<usize, Track>,
+    frames: Frames,
     change: Change,
     meshes: Meshes,
     /// The exact spline of the last node without a mesh.
     last: Option<Arc<Geometry>>,
+    /// How many nodes have an exact spline and no longer the mesh that showed it.
+    alone: usize,
     /// For nodes whose object is in its own coordinates again: from those to the node's.
     places: HashMap<usize, Matrix4<f64>>,
 }
@@ -241,7 +263,8 @@ impl Reader<'_, '_> {
             part.mesh_name = content.name.clone().filter(|name| !name.is_empty());
             part.statements.extend(content.statements.iter().cloned());
             if let Some(own) = part.own.as_ref().filter(|own| own.is_exact()) {
-                let spline = exact(own, || self.meshes.fingerprint(mesh), self.options, report);
+                let beside = Beside::Mesh(self.meshes.fingerprint(mesh).filter(|_| own.shown_by.is_some()));
+                let spline = exact(own, beside, &self.frames.change(own), self.options, report);
                 part.exact = spline.map(|(spline, animation)| Exact {
                     geometry: self.meshes.exact(mesh, spline),
                     animation,
@@ -279,8 +302,13 @@ impl Reader<'_, '_> {
             part.points = shown.points.map(|points| (points, content.points.slots.clone()));
         }
         if raw.mesh.is_none() {
-            // A spline that could not be shown.
-            let spline = part.own.as_ref().and_then(|own| exact(own, || None, self.options, report));
+            // A spline that could not be shown, or whose mesh another program did not pass on.
+            let spline = part
+                .own
+                .as_ref()
+                .and_then(|own| exact(own, Beside::Nothing, &self.frames.change(own), self.options, report));
+            let was_shown = part.own.as_ref().is_some_and(|own| own.shown_by.is_some());
+            self.alone += usize::from(spline.is_some() && was_shown);
             part.exact = spline.map(|(spline, animation)| {
                 let geometry = match &self.last {
                     Some(same) if **same == spline => Arc::clone(same),
@@ -387,7 +415,11 @@ impl Reader<'_, '_> {
             let (s, t) = (map.fixed_view::<3, 1>(0, 3), noted.fixed_view::<3, 1>(0, 3));
             (a - b).amax() <= AGREES * b.amax() && (s - t).amax() <= AGREES * t.amax() + slack
         };
-        let noted = own.and_then(|own| matrix(own.transform.as_ref()?)).filter(near);
+        let noted = own.and_then(|own| {
+            let noted = matrix(own.transform.as_ref()?)?;
+            Some(self.frames.change(own).of_transform(&noted))
+        });
+        let noted = noted.filter(near);
         // No transform is noted as one that does nothing.
         Some(noted.unwrap_or(map)).filter(|map| *map != Matrix4::identity())
     }

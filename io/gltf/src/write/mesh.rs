@@ -78,6 +78,11 @@ fn shaped<'a>(
 /// A normal whose product with that of its triangle is at least this is the triangle's own.
 const FLAT: f64 = 1.0 - 1e-6;
 
+/// Whether a normal points anywhere.
+fn is_direction(n: &Vector) -> bool {
+    n.iter().all(|x| x.is_finite()) && n.amax() > 0.0
+}
+
 struct Planner<'m, 'a> {
     /// As the scene has it.
     original: &'m Mesh,
@@ -185,9 +190,39 @@ impl<'a> Planner<'_, 'a> {
         // The corners of both are in one order. What no face has stays as it is.
         let mut of = vec![NONE; flat.points().len()];
         for (corner, (&own, &point)) in flat.corners().iter().zip(original.corners()).enumerate() {
-            of[own as usize] = original.normals.index(corner, point);
+            let index = original.normals.index(corner, point);
+            // What was filled in stays as it is.
+            let turns = original.normals.values().get(index as usize).is_some_and(is_direction);
+            of[own as usize] = if turns { index } else { NONE };
         }
         Ok(Turning { mesh, of, short })
+    }
+
+    /// The normals of all points, and how many of them were filled in: where one has no length or is not finite, it is the mean of the faces'
+    /// at the point; where these have no area, that of another corner of them; else an axis.
+    fn filled_normals(&self) -> (Vec<Vector>, usize) {
+        let (flat, normals) = (self.flat, self.flat.normals.values());
+        let mut found: Vec<Vector> = normals.to_vec();
+        let mut sums: BTreeMap<u32, (Vector, Option<Vector>)> = BTreeMap::new();
+        for (at, face) in flat.faces().enumerate() {
+            let lacks = |p: &u32| !normals.get(*p as usize).is_some_and(is_direction);
+            if !face.iter().any(lacks) {
+                continue;
+            }
+            let own = flat.face_normal(at).unwrap_or_else(Vector::zeros);
+            let other = face.iter().find(|p| !lacks(p)).map(|&p| normals[p as usize]);
+            for &p in face.iter().filter(|p| lacks(p)) {
+                let (sum, beside) = sums.entry(p).or_insert((Vector::zeros(), None));
+                *sum += own;
+                *beside = beside.or(other);
+            }
+        }
+        let filled = sums.len();
+        for (p, (sum, beside)) in sums {
+            let direction = sum.try_normalize(0.0).filter(is_direction);
+            found[p as usize] = direction.or(beside).unwrap_or_else(Vector::z);
+        }
+        (found, filled)
     }
 
     /// The points that flat triangles share whose normals are all the triangle's own; empty where there are none. Their faces are to look smooth
@@ -262,11 +297,19 @@ impl<'a> Planner<'_, 'a> {
         let (flat, original) = (self.flat, self.original);
         let mut found = Attributes::default();
         if !flat.normals.is_empty() {
-            let good = |n: &Vector| n.iter().all(|x| x.is_finite()) && n.amax() > 0.0;
             // Points without faces may lack one.
             let of_corners = || flat.corners().iter().filter_map(|&p| flat.normals.values().get(p as usize));
-            if flat.normals.values().iter().all(good) || of_corners().all(good) {
-                let accessor = if short.is_empty() {
+            let is_whole = flat.normals.values().iter().all(is_direction) || of_corners().all(is_direction);
+            if is_whole || of_corners().any(is_direction) {
+                let accessor = if !is_whole {
+                    let (normals, filled) = self.filled_normals();
+                    remarks.push(counted(
+                        filled,
+                        "point[|s] without a normal of any length [has|have] that of [its|their] faces",
+                    ));
+                    let one = move |n: &Vector, out: &mut Out<'_>| put(frame.normal(n), out);
+                    values(bin, Cow::Owned(normals), Kind::floats(3), Use::Vertices, None, one)?
+                } else if short.is_empty() {
                     let list = self.lend(|m: &Mesh| m.normals.values());
                     let one = move |n: &Vector, out: &mut Out<'_>| put(frame.normal(n), out);
                     values(bin, list, Kind::floats(3), Use::Vertices, None, one)?
@@ -280,7 +323,7 @@ impl<'a> Planner<'_, 'a> {
                 };
                 found.normals = Some((accessor, self.slots(&original.normals, "normals", remarks)));
             } else {
-                remarks.push("normals without length were left out, and all others with them".to_owned());
+                remarks.push("its normals, none of which has any length, were left out".to_owned());
             }
         }
         if !flat.tangents.is_empty() {

@@ -50,6 +50,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         meshes_only,
         change,
         back: Change::between((unit, up), (scene.unit, scene.up)),
+        noted: if as_usual { (scene.unit, scene.up) } else { (Unit::Metre, Up::Y) },
         bin: Bin::default(),
         materials: Materials::new(scene, outgoing.options.pictures, is_text(sink.name())),
         meshes: Vec::new(),
@@ -142,6 +143,8 @@ struct Writer<'a, 'o> {
     /// From the scene's unit and axes to the file's, and back.
     change: Change,
     back: Change,
+    /// What nodes say that their own numbers are in.
+    noted: (Unit, Up),
     bin: Bin<'a>,
     materials: Materials<'a>,
     meshes: Vec<Mesh>,
@@ -288,6 +291,9 @@ impl<'a> Writer<'a, '_> {
             // What is none must be none again.
             None if moved => noted.transform = Some(rows(&identity)),
             _ => {}
+        }
+        if noted.is_exact() || noted.transform.is_some() {
+            (noted.unit, noted.up) = (Some(self.noted.0), Some(self.noted.1));
         }
         noted.layer.clone_from(&object.layer);
         if !has_mesh || !object.materials.is_empty() {

@@ -102,10 +102,6 @@ fn write_layers(layers: &NamedList<Layer>, out: &mut Layout<'_>) -> io::Result<(
     })
 }
 
-/// Points that objects have in common are written again with each of them, as people like to read it, until they are more
-/// than this.
-const REPEATED: usize = 256;
-
 /// Geometry that objects share, by [`Object::geometry_id`].
 struct Known<'s> {
     /// How often it is there.
@@ -131,7 +127,7 @@ impl Known<'_> {
             // Only where the document said so do such objects share.
             return uses > 1;
         }
-        object.geometry().points().len().saturating_mul(uses.saturating_sub(1)) > REPEATED
+        uses > 1 && !object.geometry().points().is_empty()
     }
 }
 

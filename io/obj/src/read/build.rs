@@ -69,7 +69,7 @@ impl Reader {
             self.leave_out(&reason, 1);
         }
         self.empty_before();
-        self.without_broken();
+        self.without_broken(source.bytes());
         let mut uses = Uses {
             points: vec![Use::Nothing; self.raw.points.len()],
             uvs: vec![Use::Nothing; self.raw.uvs.len()],
@@ -80,7 +80,11 @@ impl Reader {
         self.used.iter().for_each(|&vertex| uses.points[vertex as usize] = Use::Kept);
         let mut materials = self.materials(source, report);
         let mut sections = std::mem::take(&mut self.sections);
-        if sections.is_empty() && self.left_out.is_empty() && !self.raw.points.is_empty() {
+        if sections.is_empty()
+            && self.left_out.is_empty()
+            && self.left_out_at.is_empty()
+            && !self.raw.points.is_empty()
+        {
             report.notes.push("the file has vertices and nothing else: they are a cloud".to_owned());
             let mut section = Section::new("");
             section.dots = (0..self.raw.points.len() as u32).collect();
@@ -348,14 +352,18 @@ impl Reader {
 
     fn account(&self, uses: &Uses, report: &mut ReadReport) {
         report.count_many(Fate::Kept, "", self.kept);
-        for (reason, &count) in &self.mended {
-            report.count_many(Fate::Approximated, reason, count);
+        for (reason, tally) in &self.mended {
+            report.count_many(Fate::Approximated, &tally.told(reason), tally.count);
+        }
+        for (reason, tally) in &self.left_out_at {
+            report.count_many(Fate::LeftOut, &tally.told(reason), tally.count);
         }
         for (reason, &count) in &self.left_out {
             report.count_many(Fate::LeftOut, reason, count);
         }
-        for (name, &count) in &self.unknown {
-            report.count_many(Fate::LeftOut, &format!("unknown statement \"{name}\""), count);
+        for (name, tally) in &self.unknown {
+            let what = tally.told(&format!("unknown statement \"{name}\""));
+            report.count_many(Fate::LeftOut, &what, tally.count);
         }
         let unused = self.freeform.plane_curves.iter().filter(|c| !c.used).count();
         report.count_many(

@@ -10,6 +10,7 @@ mod raw;
 mod reader;
 mod section;
 mod statement;
+mod tally;
 mod unbroken;
 
 use loftsman_kernel::plugin::{FormatError, ReadOptions, ReadReport, Source};

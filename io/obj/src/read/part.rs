@@ -5,13 +5,13 @@
 //! left in the part as marks for [`Reader`](super::reader::Reader), which takes the parts one after the other.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
 use loftsman_kernel::mesh::NONE;
 use loftsman_kernel::mesh::color::from_srgb;
 use loftsman_kernel::{Point, Vector};
 
 use super::statement::{DISPLAY, Known, OBSOLETE, known};
+use super::tally::{Tallies, Tally};
 use crate::number::{fill, index, next_number, resolve};
 use crate::text::{MRGB, OURS, Statements, ends_statement, keyword, line_length, show, tokens, uncommented};
 use loftsman_kernel::text::counted;
@@ -143,8 +143,8 @@ pub(crate) struct Parsed<'a> {
     pub(crate) third: usize,
     pub(crate) line_textures: usize,
     pub(crate) display: usize,
-    pub(crate) obsolete: usize,
-    pub(crate) unknown: BTreeMap<String, usize>,
+    pub(crate) obsolete: Tally,
+    pub(crate) unknown: Tallies,
     /// Statements understood.
     pub(crate) understood: usize,
 }
@@ -223,17 +223,17 @@ impl<'a> Parser<'a, '_> {
             // A vertex statement without anything behind it.
             b"v" | b"vt" | b"vn" | b"vp" => return Err(format!("\"{}\" without numbers", show(word))),
             _ if DISPLAY.contains(&word) => self.out.display += 1,
-            _ if OBSOLETE.contains(&word) => self.out.obsolete += 1,
+            _ if OBSOLETE.contains(&word) => self.out.obsolete.add(1, line),
             _ => match known(word) {
                 Some(known) => self.mark(known, statement, skip, line),
-                None => return self.unknown(word, seen),
+                None => return self.unknown(word, line, seen),
             },
         }
         self.out.understood += 1;
         Ok(())
     }
 
-    fn unknown(&mut self, word: &[u8], seen: usize) -> Result<(), String> {
+    fn unknown(&mut self, word: &[u8], line: usize, seen: usize) -> Result<(), String> {
         if !word.iter().all(u8::is_ascii_graphic)
             || (self.before.lines == 0 && self.out.understood == 0 && seen > 64)
         {
@@ -243,7 +243,7 @@ impl<'a> Parser<'a, '_> {
         let name = show(word);
         let name =
             if unknown.len() < UNKNOWN || unknown.contains_key(&name) { name } else { "others".into() };
-        *unknown.entry(name).or_default() += 1;
+        unknown.entry(name).or_default().add(1, line);
         Ok(())
     }
 

@@ -11,6 +11,7 @@ use super::part::{Counts, Mark, Parsed, WRONG};
 use super::raw::{Raw, Use};
 use super::section::{Element, Section, Shape, State};
 use super::statement::Known;
+use super::tally::Tallies;
 use crate::text::{name, show, tokens};
 
 /// The most groups that faces may be in at once, so that a small file cannot become a large scene by them.
@@ -61,7 +62,9 @@ pub(crate) struct Reader {
     /// Material libraries, with the line that first names them.
     pub(crate) libraries: Vec<(Vec<u8>, usize)>,
     pub(crate) left_out: BTreeMap<String, usize>,
-    pub(crate) unknown: BTreeMap<String, usize>,
+    /// What is left out likewise, with the line of the first.
+    pub(crate) left_out_at: Tallies,
+    pub(crate) unknown: Tallies,
     /// Elements and statements that are in the scene.
     pub(crate) kept: usize,
     /// The first statement that is wrong, with its line; and how many are named in the report.
@@ -82,7 +85,7 @@ pub(crate) struct Reader {
     pub(crate) understood: usize,
     pub(crate) periodic: usize,
     /// Free-form elements that were read otherwise than the file has them, by what was done.
-    pub(crate) mended: BTreeMap<String, usize>,
+    pub(crate) mended: Tallies,
     pub(crate) third: usize,
 }
 
@@ -103,7 +106,8 @@ impl Reader {
             materials: Names::default(),
             libraries: Vec::new(),
             left_out: BTreeMap::new(),
-            unknown: BTreeMap::new(),
+            left_out_at: Tallies::new(),
+            unknown: Tallies::new(),
             kept: 0,
             first_wrong: None,
             wrong_named: 0,
@@ -116,7 +120,7 @@ impl Reader {
             meetings: Vec::new(),
             understood: 0,
             periodic: 0,
-            mended: BTreeMap::new(),
+            mended: Tallies::new(),
             third: 0,
         }
     }
@@ -126,6 +130,16 @@ impl Reader {
             match self.left_out.get_mut(reason) {
                 Some(known) => *known += count,
                 None => _ = self.left_out.insert(reason.to_owned(), count),
+            }
+        }
+    }
+
+    /// Leaves out what is told with the line of the first.
+    pub(crate) fn leave_out_at(&mut self, reason: &str, count: usize, line: usize) {
+        if count > 0 {
+            match self.left_out_at.get_mut(reason) {
+                Some(known) => known.add(count, line),
+                None => self.left_out_at.entry(reason.to_owned()).or_default().add(count, line),
             }
         }
     }
@@ -157,13 +171,14 @@ impl Reader {
         self.third += parsed.third;
         self.leave_out("texture vertices of lines are not kept", parsed.line_textures);
         self.leave_out("statements about display are not kept", parsed.display);
-        self.leave_out(
-            "superseded statements (bsp, bzp, cdc, cdp, res) and calls of other files are not read",
-            parsed.obsolete,
-        );
-        for (name, count) in std::mem::take(&mut parsed.unknown) {
+        let superseded =
+            "superseded statements (bsp, bzp, cdc, cdp, res) and calls of other files are not read";
+        if parsed.obsolete.count > 0 {
+            self.left_out_at.entry(superseded.to_owned()).or_default().and(parsed.obsolete);
+        }
+        for (name, tally) in std::mem::take(&mut parsed.unknown) {
             let full = self.unknown.len() >= 32 && !self.unknown.contains_key(&name);
-            *self.unknown.entry(if full { "others".to_owned() } else { name }).or_default() += count;
+            self.unknown.entry(if full { "others".to_owned() } else { name }).or_default().and(tally);
         }
         self.kept += parsed.ends.len() + parsed.chain_ends.len() + parsed.dot_ends.len();
         let marks = std::mem::take(&mut parsed.marks);
@@ -237,7 +252,7 @@ impl Reader {
             Known::Object if self.split == Split::Object => self.switch(name(rest)),
             Known::Object => self.leave_out("objects (o) were not asked for", 1),
             Known::Group if self.split == Split::Group => self.switch(name(rest)),
-            Known::Group => self.group(rest),
+            Known::Group => self.group(rest, mark.line),
             Known::Smoothing => self.smoothing(rest)?,
             Known::Material => {
                 let material = name(rest);
@@ -253,7 +268,7 @@ impl Reader {
                 } else if self.libraries.len() < LIBRARIES {
                     self.libraries.push((library.to_vec(), mark.line));
                 } else {
-                    self.leave_out(&format!("material libraries beyond {LIBRARIES}"), 1);
+                    self.leave_out_at(&format!("material libraries beyond {LIBRARIES}"), 1, mark.line);
                 }
             }
             Known::Mrgb => {
@@ -267,7 +282,7 @@ impl Reader {
                     self.meetings.push(meeting);
                     self.kept += 1;
                 }
-                Err(reason) => self.leave_out(&format!("a connection (con): {reason}"), 1),
+                Err(reason) => self.leave_out_at(&format!("a connection (con): {reason}"), 1, mark.line),
             },
             known => {
                 if matches!(known, Known::Curv | Known::Curv2 | Known::Surf) {
@@ -283,7 +298,7 @@ impl Reader {
         Ok(())
     }
 
-    fn group(&mut self, rest: &[u8]) {
+    fn group(&mut self, rest: &[u8], line: usize) {
         self.kept += 1;
         self.state.groups.clear();
         let mut beyond = 0;
@@ -302,7 +317,7 @@ impl Reader {
                 self.state.groups.push(place);
             }
         }
-        self.leave_out(&format!("groups of one statement beyond {GROUPS}"), beyond);
+        self.leave_out_at(&format!("groups of one statement beyond {GROUPS}"), beyond, line);
     }
 
     fn smoothing(&mut self, rest: &[u8]) -> Result<(), String> {
@@ -370,28 +385,34 @@ impl Reader {
                 }
                 match mended.reason() {
                     None => self.kept += 1,
-                    Some(reason) => *self.mended.entry(reason).or_default() += 1,
+                    Some(reason) => self.mended.entry(reason).or_default().add(1, used.line),
                 }
                 self.periodic += usize::from(wrapped);
                 self.groups_used.extend(&self.state.groups);
                 let material = self.state.material;
                 let index = self.section();
-                // The group is its name where there is none, or where that is the name of the faces before it: so Blender writes curves
-                // behind a mesh.
+                // The group is its name where there is none, or where that is the name of the faces, lines or points before it: so Blender
+                // writes curves behind a mesh.
                 let section = &self.sections[index];
-                let group = self.state.groups.first().copied().filter(|&group| {
-                    section.name.is_empty() || !section.corners.is_empty() && !section.has_group(group)
-                });
-                self.leave_out(
+                let group = self
+                    .state
+                    .groups
+                    .first()
+                    .copied()
+                    .filter(|&group| section.name.is_empty() || section.is_before(group));
+                self.leave_out_at(
                     "groups of curves and surfaces, which have none: at most one is their name",
                     self.state.groups.len() - usize::from(group.is_some()),
+                    used.line,
                 );
                 let name = group.map(|group| self.groups.list[group].clone());
                 let section = &mut self.sections[index];
                 section.elements.push(Element { shape: *shape, name, surface, material });
             }
             Outcome::ParameterCurve | Outcome::GivenUp => {}
-            Outcome::LeftOut(reason) => self.leave_out(&format!("a free-form element: {reason}"), 1),
+            Outcome::LeftOut(reason) => {
+                self.leave_out_at(&format!("a free-form element: {reason}"), 1, used.line);
+            }
         }
         Ok(())
     }

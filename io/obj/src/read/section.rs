@@ -103,9 +103,11 @@ impl Section {
         self.starts.len().saturating_sub(1)
     }
 
-    /// Whether faces of it are in a group.
-    pub(crate) fn has_group(&self, group: usize) -> bool {
-        self.group_of.contains_key(&group)
+    /// Whether it has faces, lines or points, none of which are in a group: what that group names comes behind them.
+    pub(crate) fn is_before(&self, group: usize) -> bool {
+        let has_some = !(self.corners.is_empty() && self.chains.is_empty() && self.dots.is_empty());
+        let mut looks = self.chain_looks.iter().chain(self.dot_looks.iter().map(|(_, look)| look));
+        has_some && !self.group_of.contains_key(&group) && !looks.any(|look| look.group == Some(group))
     }
 
     /// Whether it is one surface that a mesh of its own shows.

@@ -5,11 +5,13 @@ use loftsman_kernel::mesh::{FaceGroup, NONE};
 
 use super::reader::Reader;
 use super::section::Section;
+use crate::number::{index, resolve};
+use crate::text::{Statements, decode, keyword, tokens, uncommented};
 
 impl Reader {
     /// Takes faces, lines and points that use a broken vertex out of the sections, and broken texture vertices and
     /// normals off the corners that use them.
-    pub(super) fn without_broken(&mut self) {
+    pub(super) fn without_broken(&mut self, bytes: &[u8]) {
         let [points, uvs, normals] = std::mem::take(&mut self.broken);
         self.broken_counts = [points.len(), uvs.len(), normals.len()];
         // A normal without direction is one that its corners do not have.
@@ -22,6 +24,7 @@ impl Reader {
         if points.is_empty() {
             return;
         }
+        let lines = first_users(bytes, &points, self.raw.points.len());
         let mut lost = [0; 3];
         for section in &mut self.sections {
             lost[0] += section.keep_faces(|face| !face.iter().any(|&v| is(&points, v)));
@@ -29,14 +32,50 @@ impl Reader {
             lost[2] += section.drop_dots(|v| is(&points, v));
         }
         self.kept -= lost[0];
-        for (count, what) in lost.into_iter().zip([
+        for ((count, line), what) in lost.into_iter().zip(lines).zip([
             "faces with a vertex that is wrong itself",
             "ends and segments of lines with a vertex that is wrong itself",
             "points that are a vertex that is wrong itself",
         ]) {
-            self.leave_out(what, count);
+            match line {
+                Some(line) => self.leave_out_at(what, count, line),
+                None => self.leave_out(what, count),
+            }
         }
     }
+}
+
+/// The lines of the first face, the first line and the first point statement that use one of the broken vertices. Lines are not kept for
+/// each face, so that the file is looked at again, where it is broken.
+fn first_users(bytes: &[u8], broken: &[u32], total: usize) -> [Option<usize>; 3] {
+    let mut found = [None; 3];
+    let mut so_far = 0;
+    for (line, statement) in Statements::new(&decode(bytes)) {
+        let (word, rest) = keyword(uncommented(&statement));
+        let kind = match word {
+            b"v" => {
+                so_far += 1;
+                continue;
+            }
+            b"f" | b"fo" => 0,
+            b"l" => 1,
+            b"p" => 2,
+            _ => continue,
+        };
+        let uses = |mut word: &[u8]| {
+            // Positive numbers may be of vertices that are still to come.
+            let vertex = index(&mut word)
+                .and_then(|number| resolve(number, if number < 0 { so_far } else { total }, "vertex").ok());
+            vertex.is_some_and(|vertex| broken.binary_search(&vertex).is_ok())
+        };
+        if found[kind].is_none() && tokens(rest).any(uses) {
+            found[kind] = Some(line);
+            if found.iter().all(Option::is_some) {
+                break;
+            }
+        }
+    }
+    found
 }
 
 impl Section {

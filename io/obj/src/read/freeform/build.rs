@@ -363,13 +363,30 @@ impl Net {
     }
 }
 
-/// The periodic space whose unrolled form this is: where the knots repeat after one period to rounding.
+/// How far knots of few digits may be from one another after a period, by the range of all of them: twice what four knots are off that are
+/// rounded to six digits, as Blender prints them.
+const FEW_DIGITS: f64 = 4e-6;
+
+/// By how much knots may have been rounded where they were printed: half a unit of the last decimal that any of them has. None have
+/// more than twelve: others count as exact.
+fn printed(knots: &[f64]) -> f64 {
+    let is_whole = |scale: f64| {
+        knots.iter().map(|t| t * scale).all(|x| (x - x.round()).abs() <= 4.0 * f64::EPSILON * x.abs())
+    };
+    let decimals = (0..=12).map(|k| 10_f64.powi(k)).find(|&scale| is_whole(scale));
+    decimals.map_or(0.0, |scale| 0.5 / scale)
+}
+
+/// The periodic space whose unrolled form this is: where the knots repeat after one period, to rounding and as far as the digits tell that
+/// the file has.
 fn around(space: &Space) -> Option<Space> {
     let (p, n, t) = (space.degree(), space.unrolled_len(), space.flat());
     let distinct = n.checked_sub(p).filter(|&d| d >= 2)?;
     let period = t[n] - t[p];
     let rounding = 64.0 * f64::EPSILON * t[0].abs().max(t[n + p].abs());
-    if (0..=2 * p).any(|i| (t[i + distinct] - t[i] - period).abs() > rounding) {
+    // Each of the four knots that are compared may be off by that.
+    let slack = rounding + (4.0 * printed(t)).min(FEW_DIGITS * (t[n + p] - t[0]));
+    if (0..=2 * p).any(|i| (t[i + distinct] - t[i] - period).abs() > slack) {
         return None;
     }
     Space::periodic(p, t[p..=n].to_vec()).ok()

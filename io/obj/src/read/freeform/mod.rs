@@ -108,6 +108,8 @@ pub(crate) enum Outcome {
 /// What an element used: vertices and parameter vertices; special points of curves, which are not kept.
 #[derive(Debug, Default)]
 pub(crate) struct Used {
+    /// Where the element starts.
+    pub(crate) line: usize,
     pub(crate) vertices: Vec<u32>,
     pub(crate) parameters: Vec<u32>,
     pub(crate) special_left_out: usize,
@@ -355,7 +357,8 @@ impl Freeform {
             return Ok((Outcome::GivenUp, Used::default()));
         }
         let body = body.ok_or_else(|| "end without a curv, curv2 or surf before it".to_owned())?;
-        let mut used = Used { attributes_left_out: std::mem::take(&mut self.attributes), ..Used::default() };
+        let attributes_left_out = std::mem::take(&mut self.attributes);
+        let mut used = Used { line: body.line, attributes_left_out, ..Used::default() };
         let outcome = self.finish(body, raw, &mut used)?;
         Ok((outcome, used))
     }
