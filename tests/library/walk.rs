@@ -1227,8 +1227,14 @@ fn sweep(walk: &mut Walk<'_>) -> Outcome {
     let start = curve_point(&path, a);
     let near = if parallel { 1e-12 * (size + size_of(&path)) } else { 2.0 * near };
     let places = walk.parameters(&profile, 6);
+    // A closed one may be taken backwards, so that faces look outwards.
+    let (p, q) = Direction::new(&profile).domain();
+    let closed = apart(curve_point(&profile, p), curve_point(&profile, q)) <= 1e-12 * size;
+    let there = |v: f64| apart(surface_point(surface, a, v), curve_point(&profile, v));
+    let backwards = closed && places.iter().any(|v| there(*v) > near);
+    let own_at = |v: f64| curve_point(&profile, if backwards { (p + (q - v)).clamp(p, q) } else { v });
     for v in &places {
-        let own = curve_point(&profile, *v);
+        let own = own_at(*v);
         assert!(apart(surface_point(surface, a, *v), own) <= near, "at {v} of {profile}");
         let u = walk.between(a, b);
         let (p, c) = (surface_point(surface, u, *v), curve_point(&path, u));
@@ -1238,7 +1244,7 @@ fn sweep(walk: &mut Walk<'_>) -> Outcome {
             assert!(apart(now, then) <= near, "at {u} {v} of {profile} along {path}");
         }
         let other = minus(surface_point(surface, u, places[0]), c);
-        let first = minus(curve_point(&profile, places[0]), start);
+        let first = minus(own_at(places[0]), start);
         let turned = norm(minus(now, other)) - norm(minus(then, first));
         assert!(turned.abs() <= 2.0 * near, "at {u} {v} of {profile} along {path}");
     }

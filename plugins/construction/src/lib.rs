@@ -23,6 +23,7 @@ mod offset;
 mod primitives;
 mod revolve;
 mod sample;
+mod sense;
 mod sweep;
 mod symmetrize;
 

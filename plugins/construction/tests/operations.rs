@@ -115,7 +115,7 @@ fn wrong_fields_are_told() {
         (
             "sweep",
             json!({ "object": "ring", "path": "bent" }),
-            "\"ring\": between the corners around 0.5 of the path",
+            "\"ring\": beside the corners around 0.5 of the path",
         ),
         ("sweep", json!({ "object": "ring", "path": "torn" }), "\"ring\": the path is torn at 1"),
         ("sweep", json!({ "object": "ring", "path": "dots" }), "path: "),

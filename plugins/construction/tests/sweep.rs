@@ -52,7 +52,7 @@ fn a_circle_along_a_circle_is_a_torus() {
 #[test]
 fn parallel_sweeps_are_exact() {
     let path = spiral(9, 0.4);
-    let profile = Curve::circle(Point::new(2.0, 0.0, 0.0), Vector::y(), 0.3).unwrap();
+    let profile = Curve::circle(Point::new(2.0, 0.0, 0.0), -Vector::y(), 0.3).unwrap();
     let swept = sweep(&profile, &path, Turning::Parallel, None).unwrap();
     let s = &swept.surface;
     assert_eq!((s.u(), s.v()), (path.space(), profile.space()));
@@ -158,10 +158,9 @@ fn what_cannot_be_swept_is_told_why() {
         .join(&Curve::line(Point::new(2.0, 1.0, 0.0), Point::new(9.0, 1.0, 0.0)).unwrap(), 1e-9)
         .unwrap()
         .shape;
-    assert!(
-        said(&fan, Turning::Least, None)
-            .contains("between pieces that are not straight, which cannot be mitred")
-    );
+    // In the plane of its ring it is a flat sheet, mitred where a bent piece meets a straight one.
+    let fan = sweep(&ring, &fan, Turning::Least, None).unwrap();
+    assert!(fan.flat && fan.corners == 1 && fan.leaned > 0.01, "{}", fan.leaned);
     assert!(sweep(&ring, &corner, Turning::Parallel, None).is_ok());
     let line = Curve::line(Point::origin(), Point::new(0.0, 0.0, 2.0)).unwrap();
     assert!(
@@ -231,6 +230,7 @@ fn a_square_pipe_round_corners_is_mitred() {
             assert!(swept.folds.is_none() && swept.deviation <= 1e-12 * size, "{:e}", swept.deviation);
             let (area, volume) = triangles(&swept.surface);
             assert!((area / size / size - 28.0).abs() < 1e-9, "{size}: {area}");
+            assert!((swept.corners, swept.leaned) == (1, 0.0) && volume > 0.0, "{volume}");
             // The ends are open: the one is in z = 0, seen from the origin at no angle; the other's pyramid is 1 · 4 / 3.
             let volume = volume.abs() / size / size / size;
             assert!(
@@ -276,4 +276,138 @@ fn a_square_pipe_round_corners_is_mitred() {
         let words = refused(&leaves, Turning::Upright(Vector::new(0.3, 1.0, 0.2)));
         assert!(words.contains("leaves the plane across the upright direction"), "{words}");
     }
+}
+
+/// `∬ S·n / 3` by triangles, of a surface that is closed, or whose rims are closed by a fan from their middle.
+fn enclosed(s: &loftsman_kernel::spline::Surface, capped: bool) -> f64 {
+    let grid = |space: &Space| -> Vec<f64> {
+        let breaks = space.breakpoints();
+        let inside =
+            |w: &[f64]| -> Vec<f64> { (0..24).map(|k| w[0] + (w[1] - w[0]) * f64::from(k) / 24.0).collect() };
+        breaks.windows(2).flat_map(inside).chain(breaks.last().copied()).collect()
+    };
+    let (us, vs) = (grid(s.u()), grid(s.v()));
+    let p = |u: f64, v: f64| s.point(u, v).unwrap().coords;
+    let volume = |x: Vector, y: Vector, z: Vector| x.dot(&y.cross(&z)) / 6.0;
+    let mut sum = 0.0;
+    for v in vs.windows(2) {
+        for u in us.windows(2) {
+            let [a, b, c, d] = [p(u[0], v[0]), p(u[1], v[0]), p(u[1], v[1]), p(u[0], v[1])];
+            sum += volume(a, b, c) + volume(a, c, d);
+        }
+        if capped {
+            // Where the wall looks outwards it runs clockwise about the path.
+            for (u, sense) in [(us[0], 1.0), (us[us.len() - 1], -1.0)] {
+                let middle = vs.iter().map(|v| p(u, *v)).sum::<Vector>() / vs.len() as f64;
+                sum += sense * volume(middle, p(u, v[0]), p(u, v[1]));
+            }
+        }
+    }
+    sum
+}
+
+#[test]
+fn what_is_closed_looks_outwards_whatever_way_it_runs() {
+    let start = Point::new(3.0, 0.0, 0.0);
+    let ways = [
+        (Curve::arc(start, Point::origin(), Vector::z(), 2.0).unwrap(), true, 6.0 * PI),
+        (Curve::circle(Point::origin(), Vector::z(), 3.0).unwrap(), false, 6.0 * PI * PI),
+        (Curve::circle(Point::origin(), Vector::z(), 3.0).unwrap().reverse().unwrap(), false, 6.0 * PI * PI),
+        (Curve::line(start, start + Vector::y() * 5.0).unwrap(), true, 5.0 * PI),
+    ];
+    for (path, capped, expected) in ways {
+        for normal in [Vector::y(), -Vector::y()] {
+            let ring = Curve::circle(start, normal, 1.0).unwrap();
+            for ring in [ring.clone(), ring.to_periodic(0.0).unwrap().shape] {
+                for turning in [Turning::Least, Turning::Upright(Vector::z()), Turning::Parallel] {
+                    let swept = sweep(&ring, &path, turning, Some(1e-6)).unwrap();
+                    // A circle's axis says about which direction it runs counterclockwise.
+                    let along = path.derivative(0.0, 1).unwrap();
+                    assert_eq!(swept.reversed, normal.dot(&along) > 0.0);
+                    if turning != Turning::Parallel {
+                        let volume = enclosed(&swept.surface, capped);
+                        assert!((volume / expected - 1.0).abs() < 5e-3, "{volume} is not {expected}");
+                    } else if path.degree() == 1 {
+                        assert!((enclosed(&swept.surface, true) / expected - 1.0).abs() < 5e-3);
+                    }
+                }
+            }
+        }
+    }
+    // An open one keeps its way; one that lies along the path has no outer side.
+    let path = Curve::line(start, start + Vector::y() * 5.0).unwrap();
+    let open = Curve::line(start, start + Vector::x()).unwrap();
+    for profile in [open.clone(), open.reverse().unwrap()] {
+        let swept = sweep(&profile, &path, Turning::Least, None).unwrap();
+        assert!(!swept.reversed && !swept.flat);
+        assert_eq!(swept.surface.isocurve(Direction::U, 0.0).unwrap().points(), profile.points());
+    }
+    let ring = Curve::circle(start, Vector::z(), 1.0).unwrap();
+    let swept = sweep(&ring, &path, Turning::Least, None).unwrap();
+    assert!(swept.flat && !swept.reversed);
+}
+
+/// A pipe along a line and then an arc, with a corner between, whose section is symmetric about the plane of both: what it holds is, by Pappus, the
+/// section times the path's length, whatever sections lean, since these lean by what is odd across the path.
+#[test]
+fn corners_beside_arcs_are_mitred() {
+    for scale in [1e-9, 1.0, 1e9] {
+        let at = |x: f64, y: f64, z: f64| Point::new(x, y, z) * scale;
+        let line = Curve::line(at(0.0, 0.0, 0.0), at(0.0, 0.0, 4.0)).unwrap();
+        // An arc of radius 10 from there, that begins 30° beside the line's way.
+        let (radius, bend) = (10.0, PI / 6.0);
+        let way = Vector::new(bend.sin(), 0.0, bend.cos());
+        let middle = at(0.0, 0.0, 4.0) + Vector::new(way.z, 0.0, -way.x) * (radius * scale);
+        let arc = Curve::arc(at(0.0, 0.0, 4.0), middle, Vector::y(), 1.0).unwrap();
+        assert!((arc.derivative(0.0, 1).unwrap().normalize() - way).norm() < 1e-12);
+        let path = line.join(&arc, 1e-12 * scale).unwrap().shape;
+        let square = {
+            let points = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5], [-0.5, -0.5]];
+            let points = points.iter().map(|p| at(p[0], p[1], 0.0)).collect();
+            Curve::new(Space::clamped_uniform(1, 5).unwrap(), points).unwrap()
+        };
+        let swept = sweep(&square, &path, Turning::Least, Some(1e-7 * scale)).unwrap();
+        assert!(swept.corners == 1 && swept.folds.is_none() && swept.reversed, "{swept:?}");
+        let s = &swept.surface;
+        let seam = line.domain().1;
+        // The seam lies in the plane between both sides.
+        let across = Vector::z() + way;
+        for k in 0..=40 {
+            let v = s.v().domain().1 * f64::from(k) / 40.0;
+            let p = s.point(seam, v).unwrap() - at(0.0, 0.0, 4.0);
+            assert!(p.dot(&across).abs() < 1e-12 * scale, "{p}");
+            // Towards the line walls are those of the straight prism, to the last but rounding.
+            let p = s.point(0.7 * seam, v).unwrap() / scale;
+            assert!((p.x.abs().max(p.y.abs()) - 0.5).abs() < 1e-12, "{p}");
+        }
+        // A place `x` inwards of the arc is moved `x tan 15°` along the tangent: `√((r - x)² + (x tan 15°)²) - (r - x)` away from its circle.
+        let by = 0.5 * (0.5 * bend).tan();
+        let inner = (radius - 0.5).hypot(by) - (radius - 0.5);
+        assert!((swept.leaned / scale - inner).abs() < 1e-5, "{} {inner}", swept.leaned / scale);
+        let volume = enclosed(s, true) / scale.powi(3);
+        // What leans moves along the path, by what is as much on the one side as on the other.
+        assert!((volume - (4.0 + radius)).abs() < 2e-2, "{volume}");
+        // The other way it is the same shape.
+        let back =
+            sweep(&square_at_end(&path, scale), &path.reverse().unwrap(), Turning::Least, Some(1e-7 * scale))
+                .unwrap();
+        assert!((back.leaned - swept.leaned).abs() < 1e-5 * scale && back.corners == 1);
+    }
+    // Where the bent piece is too short for the profile it folds, and is told where.
+    let hook = Curve::arc(Point::new(0.0, 0.0, 4.0), Point::new(0.0, 0.0, 6.0), Vector::y(), 0.3).unwrap();
+    let path =
+        Curve::line(Point::origin(), Point::new(0.0, 0.0, 4.0)).unwrap().join(&hook, 1e-9).unwrap().shape;
+    let ring = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+    let words = sweep(&ring, &path, Turning::Least, None).unwrap_err().to_string();
+    assert!(words.contains("beside the corners around") && words.contains("would fold"), "{words}");
+}
+
+/// A square of side 1 about the end of a path in the plane `y = 0`, across it.
+fn square_at_end(path: &Curve, scale: f64) -> Curve {
+    let (_, b) = path.domain();
+    let (end, along) = (path.point(b).unwrap(), path.derivative(b, 1).unwrap().normalize());
+    let side = along.cross(&Vector::y());
+    let points = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5], [-0.5, -0.5]];
+    let points = points.iter().map(|p| end + (side * p[0] + Vector::y() * p[1]) * scale).collect();
+    Curve::new(Space::clamped_uniform(1, 5).unwrap(), points).unwrap()
 }

@@ -5,10 +5,10 @@ use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Point, Vector};
 use nalgebra::{Matrix3, SymmetricEigen};
 
+use crate::sense::signed_area;
+
 /// What leaves the plane by less than this part of the size lies in it.
 const FLAT: f64 = 1e-9;
-/// Samples of a span for the sense of a closed curve.
-const SAMPLES: usize = 32;
 
 /// A plane with a curve in it.
 pub(super) struct Plane {
@@ -125,20 +125,4 @@ fn refined(points: &[Point], middle: &Vector, near: &Vector) -> Vector {
     let second = far(&|d| d.cross(&first).norm());
     let normal = first.cross(&second);
     normal.try_normalize(0.0).map_or(*near, |n| if n.dot(near) < 0.0 { -n } else { n })
-}
-
-/// Twice the area that a closed curve goes round counterclockwise, by the polygon of many of its points.
-fn signed_area(curve: &Curve, middle: &Point, normal: &Vector) -> Result<f64> {
-    let mut twice = 0.0;
-    for segment in curve.bezier_segments()? {
-        let (a, b) = segment.domain();
-        let mut before = segment.point(a)? - middle;
-        for k in 1..=SAMPLES {
-            let u = if k == SAMPLES { b } else { a + (b - a) * k as f64 / SAMPLES as f64 };
-            let here = segment.point(u)? - middle;
-            twice += before.cross(&here).dot(normal);
-            before = here;
-        }
-    }
-    Ok(twice)
 }

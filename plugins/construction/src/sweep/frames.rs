@@ -30,6 +30,8 @@ pub(super) struct Frame {
     pub(super) point: Point,
     pub(super) speed: Vector,
     pub(super) tangent: Vector,
+    /// The derivative of the tangent.
+    bend: Vector,
     /// The rotation from the start, and its derivative.
     pub(super) turn: Matrix3<f64>,
     pub(super) turning: Matrix3<f64>,
@@ -47,6 +49,15 @@ struct Place {
     bend: Vector,
 }
 
+/// How sections lean beside a corner: what is at an arm `r` from the path, seen from its start, is moved by `m·r` along the tangent at the corner, and
+/// evenly less until `reach` from there, measured along the path.
+#[derive(Debug, Clone, Copy)]
+struct Lean {
+    by: Vector,
+    corner: f64,
+    reach: f64,
+}
+
 pub(super) struct Walk<'a> {
     pieces: Vec<Curve>,
     path: &'a Curve,
@@ -56,13 +67,18 @@ pub(super) struct Walk<'a> {
     length: f64,
     /// The length of the path up to the end of each piece.
     lengths: Vec<f64>,
-    /// For each piece across which plane it is cut off at its start and at its end, where the path has a corner.
+    /// For each piece the direction across the plane in which it begins and ends, where the path has a corner there.
     mitres: Vec<[Option<Vector>; 2]>,
+    /// For each piece how sections lean on their way from the corner before it, and to that behind it.
+    leans: Vec<[Option<Lean>; 2]>,
+    /// Which pieces are straight.
+    straight: Vec<bool>,
     rule: [(f64, f64); 5],
 }
 
 impl<'a> Walk<'a> {
-    pub(super) fn new(path: &'a Curve, turning: Turning, size: f64) -> Result<Self> {
+    /// A walk with a profile, whose vertices say how far sections lean at corners.
+    pub(super) fn new(path: &'a Curve, profile: &Curve, turning: Turning, size: f64) -> Result<Self> {
         let (a, b) = path.domain();
         let gap = (path.point(a)? - path.point(b)?).norm();
         let closed = path.is_periodic() || gap <= 1e-12 * size;
@@ -81,7 +97,10 @@ impl<'a> Walk<'a> {
         let pieces = path.bezier_segments()?;
         let rule = gauss();
         let (lengths, mitres) = (vec![0.0; pieces.len()], vec![[None; 2]; pieces.len()]);
-        let mut walk = Self { pieces, path, turning, closed, twist: 0.0, length: 0.0, lengths, mitres, rule };
+        let (leans, straight) = (vec![[None; 2]; pieces.len()], pieces.iter().map(straight).collect());
+        let (twist, length) = (0.0, 0.0);
+        let mut walk =
+            Self { pieces, path, turning, closed, twist, length, lengths, mitres, leans, straight, rule };
         walk.check(size)?;
         let mut last: Option<Frame> = None;
         let mut lengths = vec![0.0; walk.pieces.len()];
@@ -104,7 +123,51 @@ impl<'a> Walk<'a> {
                 walk.twist = -start.tangent.dot(&s.cross(&e)).atan2(s.dot(&e));
             }
         }
+        if walk.is_mitred() {
+            walk.leans = walk.leaning(profile)?;
+        }
         Ok(walk)
+    }
+
+    /// How sections lean: at a corner so far that they lie in the plane between both sides. From there it takes one straight piece, where that is
+    /// long enough, or as many as are twice as long as what the profile's vertices are moved, but not beyond the next corner.
+    fn leaning(&self, profile: &Curve) -> Result<Vec<[Option<Lean>; 2]>> {
+        let count = self.pieces.len();
+        // The rotations at both ends of each piece.
+        let mut ends: Vec<Option<[Frame; 2]>> = vec![None; count];
+        self.each(true, |begin, end, _| {
+            match &mut ends[begin.piece] {
+                Some([_, last]) => *last = end.clone(),
+                none => *none = Some([begin.clone(), end.clone()]),
+            }
+            Ok(true)
+        })?;
+        let start = self.start();
+        let mut leans = vec![[None; 2]; count];
+        for k in 0..count {
+            for side in [0, 1] {
+                let (Some(across), Some(ends)) = (self.mitres[k][side], &ends[k]) else { continue };
+                let frame = &ends[side];
+                let by = -(frame.turn.transpose() * across) / frame.tangent.dot(&across);
+                let furthest =
+                    profile.points().iter().map(|p| by.dot(&(p - start)).abs()).fold(0.0, f64::max);
+                let (mut reach, mut last) = (0.0, k);
+                loop {
+                    let length = self.lengths[last] - if last > 0 { self.lengths[last - 1] } else { 0.0 };
+                    reach += length;
+                    let enough = if last == k && self.straight[k] { furthest } else { 2.0 * furthest };
+                    let next = if side == 0 { last + 1 } else { last.wrapping_sub(1) };
+                    if reach > enough || self.mitres[last][1 - side].is_some() || next >= count {
+                        break;
+                    }
+                    last = next;
+                }
+                for piece in &mut leans[k.min(last)..=k.max(last)] {
+                    piece[side] = Some(Lean { by, corner: frame.length, reach });
+                }
+            }
+        }
+        Ok(leans)
     }
 
     /// Corners, tears and stops.
@@ -117,10 +180,10 @@ impl<'a> Walk<'a> {
             let torn = (end.point - start.point).norm() > 1e-11 * size;
             let corner = (end.tangent - start.tangent).norm() > CORNER;
             let across = end.tangent + start.tangent;
-            // Both sides are cut off in the plane between them, as far as straight ways lead there.
-            let mitred = across.norm() > CORNER && straight(&self.pieces[k]) && straight(&self.pieces[j]);
+            // Both sides end in the plane between them.
+            let mitred = across.norm() > CORNER;
             if j == 0 && (!self.closed || corner && !mitred) {
-                // A closed path with a corner at its seam that is not straight on both sides is one with ends.
+                // A closed path that turns straight back at its seam is one with ends.
                 self.closed = false;
             } else if torn && j > 0 {
                 return Err(Error::Invalid(format!("the path is torn at {}: split it there", Figure(at))));
@@ -128,53 +191,109 @@ impl<'a> Walk<'a> {
                 self.mitres[k][1] = Some(across);
                 self.mitres[j][0] = Some(across);
             } else if corner {
-                let (at, why) = (
-                    Figure(at),
-                    if across.norm() > CORNER {
-                        "between pieces that are not straight, which cannot be mitred: round it, split the path there, or give it a \
-                     straight piece on both sides"
-                    } else {
-                        "and turns straight back, so that the surface would fold: split the path there"
-                    },
-                );
-                return Err(Error::Invalid(format!("the path has a corner at {at} {why}")));
+                return Err(Error::Invalid(format!(
+                    "the path has a corner at {} and turns straight back, so that the surface would fold: split the path there",
+                    Figure(at)
+                )));
             }
         }
         Ok(())
     }
 
-    /// How far a place of the profile goes on beyond (or stays behind) the frame, along the tangent, so that at corners it arrives in the plane
-    /// between both sides; and the derivative of that. From one end of a straight piece to the other it changes evenly.
+    /// How far a place of the profile is moved along the tangent, so that at corners it arrives in the plane between both sides; and the
+    /// derivative of that.
     pub(super) fn ahead(&self, frame: &Frame, arm: &Vector) -> (f64, f64) {
-        let Some(mitre) = self.mitres.get(frame.piece).filter(|ends| ends.iter().any(Option::is_some)) else {
-            return (0.0, 0.0);
-        };
-        let end = self.lengths[frame.piece];
-        let start = if frame.piece > 0 { self.lengths[frame.piece - 1] } else { 0.0 };
-        let share = if self.length > 0.0 { self.twist / self.length } else { 0.0 };
-        let (tangent, here) = (frame.tangent, frame.turn * arm);
-        let [first, last] = [(mitre[0], start), (mitre[1], end)].map(|(across, length)| {
-            let Some(across) = across else { return 0.0 };
-            // There the frame has turned about the path by its share of the twist.
-            let (sine, cosine) = (share * (length - frame.length)).sin_cos();
-            let along = tangent * tangent.dot(&here);
-            let there = along + (here - along) * cosine + tangent.cross(&here) * sine;
-            -there.dot(&across) / tangent.dot(&across)
-        });
-        let whole = end - start;
-        if whole <= 0.0 {
-            return (0.0, 0.0);
+        let (mut ahead, mut faster) = (0.0, 0.0);
+        for (side, lean) in self.leans[frame.piece].iter().enumerate() {
+            let Some(lean) = lean.filter(|lean| lean.reach > 0.0) else { continue };
+            let (whole, away) = (lean.by.dot(arm), (frame.length - lean.corner).abs() / lean.reach);
+            let slope = whole * frame.speed.norm() / lean.reach;
+            ahead += whole * (1.0 - away.min(1.0));
+            faster += if side == 0 { -slope } else { slope };
         }
-        let part = ((frame.length - start) / whole).clamp(0.0, 1.0);
-        (first + (last - first) * part, (last - first) * frame.speed.norm() / whole)
+        (ahead, faster)
     }
 
-    /// Whether it has corners, at which the profile is cut off in the plane between both sides.
+    /// Where a place of the profile is when the frame is there, and the derivative of that.
+    pub(super) fn carried(&self, frame: &Frame, arm: &Vector) -> (Point, Vector) {
+        let (ahead, faster) = self.ahead(frame, arm);
+        let point = frame.point + frame.turn * arm + frame.tangent * ahead;
+        (point, frame.speed + frame.turning * arm + frame.tangent * faster + frame.bend * ahead)
+    }
+
+    /// At how many corners both sides end in the plane between them.
+    pub(super) fn corners(&self) -> usize {
+        self.mitres.iter().filter(|ends| ends[1].is_some()).count()
+    }
+
+    /// How far what leans is from the sweep of sections that do not, each place from the way of its own, which goes on straight beyond its ends: the
+    /// largest distance at places of all pieces that are not straight.
+    pub(super) fn leaned(&self, arms: &[Vector]) -> Result<f64> {
+        let leans = |k: usize| !self.straight[k] && self.leans[k].iter().any(Option::is_some);
+        if !(0..self.pieces.len()).any(leans) {
+            return Ok(0.0);
+        }
+        let mut frames: Vec<Frame> = Vec::new();
+        // Where a corner is between a frame and the one before it.
+        let mut begins: Vec<usize> = Vec::new();
+        self.each(true, |begin, end, inner| {
+            let joins = frames
+                .last()
+                .is_some_and(|f: &Frame| f.piece == begin.piece || self.mitres[begin.piece][0].is_none());
+            let run = if joins { begins.last().copied().unwrap_or(0) } else { frames.len() };
+            for frame in [begin].into_iter().chain(inner).chain([end]) {
+                frames.push(frame.clone());
+                begins.push(run);
+            }
+            Ok(true)
+        })?;
+        let way =
+            |frame: &Frame, arm: &Vector| (frame.point + frame.turn * arm, frame.speed + frame.turning * arm);
+        let mut largest = 0.0_f64;
+        for (i, frame) in frames.iter().enumerate().filter(|(_, f)| leans(f.piece)) {
+            for arm in arms {
+                let (ahead, _) = self.ahead(frame, arm);
+                // What folds back by itself is said elsewhere.
+                if ahead == 0.0 || way(frame, arm).1.dot(&frame.tangent) <= 0.0 {
+                    continue;
+                }
+                let place = self.carried(frame, arm).0;
+                let (mut k, mut found) = (i, None);
+                loop {
+                    let next = if ahead > 0.0 { k + 1 } else { k.wrapping_sub(1) };
+                    if frames.get(next).is_none() || begins[next] != begins[i] {
+                        break;
+                    }
+                    let (there, along) = way(&frames[next], arm);
+                    if (place - there).dot(&along) * ahead <= 0.0 {
+                        found = Some(next);
+                        break;
+                    }
+                    k = next;
+                }
+                let distance = match found {
+                    Some(next) => {
+                        let (from, to) = (&frames[k.min(next)], &frames[k.max(next)]);
+                        foot(&place, (way(from, arm), way(to, arm)), to.at - from.at)
+                    }
+                    None => {
+                        let beyond = place - way(&frames[k], arm).0;
+                        let tangent = frames[k].tangent;
+                        (beyond - tangent * tangent.dot(&beyond)).norm()
+                    }
+                };
+                largest = largest.max(distance);
+            }
+        }
+        Ok(largest)
+    }
+
+    /// Whether it has corners, at which both sides end in the plane between them.
     pub(super) fn is_mitred(&self) -> bool {
         self.mitres.iter().flatten().any(Option::is_some)
     }
 
-    /// Whether the first or last piece is cut off where the path starts and ends.
+    /// Whether that is so where the path starts and ends.
     pub(super) fn is_mitred_at_start(&self) -> bool {
         self.mitres.first().is_some_and(|ends| ends[0].is_some())
     }
@@ -271,6 +390,7 @@ impl<'a> Walk<'a> {
             point: place.point,
             speed: place.speed,
             tangent,
+            bend,
             turn: columns * back,
             turning: changes * back,
             side,
@@ -379,6 +499,27 @@ impl<'a> Walk<'a> {
         })?;
         failed.map(|()| found)
     }
+}
+
+/// How far a place is from the cubic with these points and derivatives, by its parameter, over a width, where its foot lies on that.
+fn foot(place: &Point, ((p, dp), (q, dq)): ((Point, Vector), (Point, Vector)), width: f64) -> f64 {
+    let (c1, c2) = (p + dp * (width / 3.0), q - dq * (width / 3.0));
+    let at = |x: f64| {
+        let y = 1.0 - x;
+        let point = p.coords * (y * y * y)
+            + c1.coords * (3.0 * y * y * x)
+            + c2.coords * (3.0 * y * x * x)
+            + q.coords * (x * x * x);
+        let along = (c1 - p) * (y * y) + (c2 - c1) * (2.0 * x * y) + (q - c2) * (x * x);
+        (place.coords - point, along)
+    };
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        let (off, along) = at(middle);
+        if off.dot(&along) > 0.0 { low = middle } else { high = middle }
+    }
+    at(0.5 * (low + high)).0.norm()
 }
 
 /// Whether a piece is a straight way that never turns back.

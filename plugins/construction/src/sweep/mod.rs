@@ -11,11 +11,15 @@ use loftsman_kernel::error::{Error, Figure, Result};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 
+use crate::sense::signed_area;
 use frames::{Frame, Walk};
 pub use operation::Sweep;
 
 /// Derivatives that differ by more than this part of them have their knot three times.
 const SMOOTH: f64 = 1e-9;
+
+/// A closed profile that goes round less than this part of its size squared has no side that is outwards.
+const FLAT: f64 = 1e-9;
 
 /// Places on both sides of a corner that are one differ by rounding, of their size.
 const CORNERED: f64 = 1e-9;
@@ -36,14 +40,24 @@ pub enum Turning {
 /// A sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Swept {
-    /// The surface: along `u` the path, along `v` the profile in its own space.
+    /// The surface: along `u` the path, along `v` the profile in its own space, or backwards.
     pub surface: Surface,
+    /// Whether the profile is run through from its end to its start, so that the surface's normal points outwards.
+    pub reversed: bool,
+    /// Whether the profile is closed and goes round no area about the path's direction where that starts: it lies along the path, and the surface is a
+    /// flat sheet, laid double.
+    pub flat: bool,
     /// The largest distance from the sweep that was measured between the knots, with frames carried along anew; 0 of a parallel one, which is exact.
     pub deviation: f64,
     /// The tolerance that was used.
     pub tolerance: f64,
     /// How far the frames of a closed path were turned about it, all in all, so that the last meets the first: radians.
     pub twist: f64,
+    /// At how many corners of the path the surface is mitred.
+    pub corners: usize,
+    /// Beside corners where the path is not straight sections lean: how far that takes the surface from the sweep of sections that do not, at most,
+    /// measured; 0 where there are none.
+    pub leaned: f64,
     /// Where the surface folds back, since the profile reaches beyond the path's centre of curvature: a parameter of the path.
     pub folds: Option<f64>,
 }
@@ -51,8 +65,14 @@ pub struct Swept {
 /// The surface that a profile goes through when moved along a path, from where it is: `S(a, v) = P(v)` at the path's start `a`.
 /// `tolerance` is the largest deviation, a length; `None`: 1e-6 of the size of both.
 ///
-/// At a corner between straight pieces of the path the surface is mitred: both sides go on, or stop earlier, until they meet in the plane between them. A
-/// closed path is mitred where it starts, too; the profile is then cut there, and not where it is.
+/// A closed profile gives a surface whose normal points outwards, whatever way the profile runs: where it runs counterclockwise about the path's direction
+/// at its start it is taken backwards, `S(a, v) = P(b - v)`. An open profile keeps its way, and the normal is the path's direction times the profile's.
+///
+/// At a corner of the path the surface is mitred: both sides end in the plane halfway between them. Beside the corner each place of the profile is moved
+/// along the path's tangent, so far that at the corner it lies in that plane, and evenly less away from it: over one straight piece, where that is long
+/// enough, or twice as far as the profile is moved, but not beyond the next corner. A straight side is thereby prolonged or cut off
+/// exactly; on a bent one sections lean, and [`Swept::leaned`] says how far they are then from the sweep. A closed path is mitred where it starts, too; the
+/// profile is then cut there, and not where it is.
 ///
 /// Along `u` the path's parameter, along `v` the profile's. Parallel sweeps are exact, of degree `p × q`:
 /// `S_ij = C_i + P_j - C(a)` with weights `w_i ω_j`. All else are cubic along `u` and exact along `v` at the knots.
@@ -69,8 +89,8 @@ pub struct Swept {
 /// ```
 ///
 /// # Errors
-/// When the tolerance is no length; or, but for a parallel sweep, the path has a corner that is not straight on both sides, or that folds, stops, or runs along
-/// the upright direction.
+/// When the tolerance is no length; or, but for a parallel sweep, the path turns straight back, has corners too near to one another for the profile, stops,
+/// or runs along the upright direction.
 pub fn sweep(profile: &Curve, path: &Curve, turning: Turning, tolerance: Option<f64>) -> Result<Swept> {
     let size = [profile, path]
         .iter()
@@ -81,22 +101,48 @@ pub fn sweep(profile: &Curve, path: &Curve, turning: Turning, tolerance: Option<
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return Err(Error::Invalid(format!("{} is no tolerance: give a length above 0", Figure(tolerance))));
     }
-    if turning == Turning::Parallel {
-        let surface = parallel(profile, path)?;
-        return Ok(Swept { surface, deviation: 0.0, tolerance, twist: 0.0, folds: None });
-    }
-    if !(size < 1e150 && size > 1e-150) {
+    if turning != Turning::Parallel && !(size < 1e150 && size > 1e-150) {
         return Err(Error::Invalid(
             "the curves are too large or too small for their squares to be numbers: scale them".into(),
         ));
     }
-    let walk = Walk::new(path, turning, size)?;
+    let round = goes_round(profile, path)?;
+    let (reversed, flat) = (round == Some(1.0), round == Some(0.0));
+    let backwards;
+    let profile = if reversed {
+        backwards = profile.reverse()?;
+        &backwards
+    } else {
+        profile
+    };
+    if turning == Turning::Parallel {
+        let surface = parallel(profile, path)?;
+        let none = (0.0, 0, 0.0);
+        let (deviation, corners, leaned) = none;
+        let (twist, folds) = (0.0, None);
+        return Ok(Swept { surface, reversed, flat, deviation, tolerance, twist, corners, leaned, folds });
+    }
+    let walk = Walk::new(path, profile, turning, size)?;
     let mut last = 0.0;
     for fit in [0.5, 0.1, 0.02] {
         let surface = moved(profile, path, &walk, fit * tolerance)?;
-        let (deviation, folds) = measured(&surface, profile, &walk)?;
+        let places = places(profile, &walk)?;
+        let (deviation, folds) = measured(&surface, &places, &walk)?;
         if deviation <= tolerance {
-            return Ok(Swept { surface, deviation, tolerance, twist: walk.twist(), folds });
+            let (twist, corners) = (walk.twist(), walk.corners());
+            let arms: Vec<Vector> = places.iter().map(|(_, arm)| *arm).collect();
+            let leaned = walk.leaned(&arms)?;
+            return Ok(Swept {
+                surface,
+                reversed,
+                flat,
+                deviation,
+                tolerance,
+                twist,
+                corners,
+                leaned,
+                folds,
+            });
         }
         last = deviation;
     }
@@ -105,6 +151,31 @@ pub fn sweep(profile: &Curve, path: &Curve, turning: Turning, tolerance: Option<
         crate::fields::figure(last),
         Figure(tolerance)
     )))
+}
+
+/// Which way round a closed profile runs about the path's direction at its start: 1 counterclockwise, -1 the other way, 0 where it lies along the path;
+/// nothing of an open one.
+fn goes_round(profile: &Curve, path: &Curve) -> Result<Option<f64>> {
+    let (a, b) = profile.domain();
+    let middle = profile.points().iter().map(|p| p.coords / profile.points().len() as f64).sum::<Vector>();
+    let size = profile.points().iter().map(|p| (p.coords - middle).amax()).fold(0.0, f64::max);
+    if !(profile.is_periodic() || (profile.point(a)? - profile.point(b)?).amax() <= 1e-12 * size) {
+        return Ok(None);
+    }
+    if !(size > 0.0 && size.is_finite()) {
+        return Ok(None);
+    }
+    // The first leg that has a direction: a parallel sweep takes paths that stop.
+    let segments = path.bezier_segments()?;
+    let legs = segments.iter().flat_map(|s| s.points().windows(2).map(|w| w[1] - w[0]));
+    let Some(along) = legs.map(|leg| leg / leg.amax()).find(|leg| leg.iter().all(|x| x.is_finite())) else {
+        return Ok(None);
+    };
+    // At the size 1, at which squares are numbers.
+    let points = profile.points().iter().map(|p| Point::from((p.coords - middle) / size)).collect();
+    let unit = Curve::build(profile.space().clone(), points, profile.weights().map(<[f64]>::to_vec))?;
+    let twice = signed_area(&unit, &Point::origin(), &along.normalize())?;
+    Ok(Some(if twice.abs() <= FLAT { 0.0 } else { twice.signum() }))
 }
 
 /// The exact sweep without turning.
@@ -122,13 +193,6 @@ fn parallel(profile: &Curve, path: &Curve) -> Result<Surface> {
     Surface::build(path.space().clone(), profile.space().clone(), points, weights)
 }
 
-/// Where a vertex is when the frame is there, and its derivative.
-fn carried(walk: &Walk<'_>, frame: &Frame, arm: &Vector) -> (Point, Vector) {
-    let (ahead, faster) = walk.ahead(frame, arm);
-    let point = frame.point + frame.turn * arm + frame.tangent * ahead;
-    (point, frame.speed + frame.turning * arm + frame.tangent * faster)
-}
-
 /// All vertices of the profile followed by cubics within a tolerance.
 fn moved(profile: &Curve, path: &Curve, walk: &Walk<'_>, tolerance: f64) -> Result<Surface> {
     let start = walk.start();
@@ -140,16 +204,14 @@ fn moved(profile: &Curve, path: &Curve, walk: &Walk<'_>, tolerance: f64) -> Resu
         let third = (end.at - begin.at) / 3.0;
         let mut cubic = [Vec::new(), Vec::new(), Vec::new(), Vec::new()];
         for arm in &arms {
-            // Between corners that are too near to one another, or too sharp, what is on their inner side would run back.
-            let ahead = walk.ahead(begin, arm).1;
-            if ahead != 0.0 && begin.speed.norm() + ahead <= 0.0 {
+            if [begin, end].into_iter().chain(inner).any(|frame| runs_back(walk, frame, arm)) {
                 return Err(Error::Invalid(format!(
-                    "between the corners around {} of the path the profile reaches too far to their inner side, so that the surface would fold: make \
+                    "beside the corners around {} of the path the profile reaches too far to their inner side, so that the surface would fold: make \
                      the path longer there, the corners blunter, or the profile smaller",
                     Figure(0.5 * (begin.at + end.at))
                 )));
             }
-            let ((p, dp), (q, dq)) = (carried(walk, begin, arm), carried(walk, end, arm));
+            let ((p, dp), (q, dq)) = (walk.carried(begin, arm), walk.carried(end, arm));
             for (row, point) in cubic.iter_mut().zip([p, p + dp * third, q - dq * third, q]) {
                 row.push(point);
             }
@@ -160,7 +222,7 @@ fn moved(profile: &Curve, path: &Curve, walk: &Walk<'_>, tolerance: f64) -> Resu
             let factors = [y * y * y, 3.0 * y * y * x, 3.0 * y * x * x, x * x * x];
             for (j, arm) in arms.iter().enumerate() {
                 let there: Vector = (0..4).map(|k| cubic[k][j].coords * factors[k]).sum();
-                if (carried(walk, frame, arm).0.coords - there).norm() > tolerance {
+                if (walk.carried(frame, arm).0.coords - there).norm() > tolerance {
                     return Ok(false);
                 }
             }
@@ -172,7 +234,7 @@ fn moved(profile: &Curve, path: &Curve, walk: &Walk<'_>, tolerance: f64) -> Resu
             }
             Some(before) => {
                 // Both sides of a corner meet where the frame goes round it by the least turn.
-                let apart = |arm: &Vector| (carried(walk, before, arm).0 - carried(walk, begin, arm).0).norm();
+                let apart = |arm: &Vector| (walk.carried(before, arm).0 - walk.carried(begin, arm).0).norm();
                 let reach = arms.iter().map(|arm| arm.norm()).fold(0.0, f64::max);
                 if walk.is_mitred() && arms.iter().any(|arm| apart(arm) > CORNERED * (reach + begin.point.coords.norm())) {
                     return Err(Error::Invalid(format!(
@@ -183,7 +245,7 @@ fn moved(profile: &Curve, path: &Curve, walk: &Walk<'_>, tolerance: f64) -> Resu
                 }
                 knots.extend([begin.at; 2]);
                 let smooth = arms.iter().all(|arm| {
-                    let (a, b) = (carried(walk, before, arm).1, carried(walk, begin, arm).1);
+                    let (a, b) = (walk.carried(before, arm).1, walk.carried(begin, arm).1);
                     (a - b).norm() <= SMOOTH * (a.norm() + b.norm())
                 });
                 if !smooth {
@@ -201,7 +263,7 @@ fn moved(profile: &Curve, path: &Curve, walk: &Walk<'_>, tolerance: f64) -> Resu
         return Err(Error::NoExtent("the path is a point: there is no way to go".into()));
     };
     knots.extend([end.at; 4]);
-    rows.push(arms.iter().map(|arm| carried(walk, &end, arm).0).collect());
+    rows.push(arms.iter().map(|arm| walk.carried(&end, arm).0).collect());
     // What is where it was, to the last bit.
     if !walk.is_mitred_at_start() {
         rows[0] = profile.points().to_vec();
@@ -220,16 +282,28 @@ fn moved(profile: &Curve, path: &Curve, walk: &Walk<'_>, tolerance: f64) -> Resu
     Ok(surface)
 }
 
-/// The largest distance between the surface and the sweep at places between the knots, and where it folds back.
-fn measured(surface: &Surface, profile: &Curve, walk: &Walk<'_>) -> Result<(f64, Option<f64>)> {
-    let start = walk.start();
+/// Whether a place of the profile runs back because of how it is moved beside corners: between such that are too near to one another, or too sharp, what is on
+/// their inner side would.
+fn runs_back(walk: &Walk<'_>, frame: &Frame, arm: &Vector) -> bool {
+    let faster = walk.ahead(frame, arm).1;
+    let along = (frame.speed + frame.turning * arm).dot(&frame.tangent);
+    faster < 0.0 && along > 0.0 && along + faster <= 0.0
+}
+
+/// Places of a profile, at five parameters of each span, seen from the path's start.
+fn places(profile: &Curve, walk: &Walk<'_>) -> Result<Vec<(f64, Vector)>> {
     let mut places = Vec::new();
     for span in profile.space().breakpoints().windows(2) {
         for k in 0..=4 {
             let v = if k == 4 { span[1] } else { span[0] + (span[1] - span[0]) * f64::from(k) / 4.0 };
-            places.push((v, profile.point(v)? - start));
+            places.push((v, profile.point(v)? - walk.start()));
         }
     }
+    Ok(places)
+}
+
+/// The largest distance between the surface and the sweep at places between the knots, and where it folds back.
+fn measured(surface: &Surface, places: &[(f64, Vector)], walk: &Walk<'_>) -> Result<(f64, Option<f64>)> {
     let breaks = surface.u().breakpoints();
     let (mut largest, mut folds) = (0.0_f64, None);
     let mut at = Vec::new();
@@ -237,8 +311,8 @@ fn measured(surface: &Surface, profile: &Curve, walk: &Walk<'_>) -> Result<(f64,
         at.extend([0.15, 0.4, 0.65, 0.9].map(|x| span[0] + (span[1] - span[0]) * x));
     }
     for frame in walk.frames_at(&at)? {
-        for (v, arm) in &places {
-            let (point, speed) = carried(walk, &frame, arm);
+        for (v, arm) in places {
+            let (point, speed) = walk.carried(&frame, arm);
             largest = largest.max((surface.point(frame.at, *v)? - point).norm());
             if speed.dot(&frame.tangent) < 0.0 && folds.is_none() {
                 folds = Some(frame.at);

@@ -37,7 +37,7 @@ impl Operation for Sweep {
         ];
         Declaration {
             name: "sweep",
-            help: "move a curve along another: a surface, u along the path, v the curve; parallel exactly, else within a tolerance; reports area and deviation",
+            help: "move a curve along another: a surface, u along the path, v the curve; parallel exactly, else within a tolerance; what is closed looks outwards, corners are mitred; reports area and deviation",
             fields: FIELDS,
         }
     }
@@ -67,6 +67,7 @@ impl Operation for Sweep {
         let tolerance = if p.has("tolerance") { Some(length(p, "tolerance")?) } else { None };
         let swept = sweep(profile, path, turning, tolerance).map_err(named(&source))?;
         let name = free_name(scene, p, &format!("{source} swept"))?;
+        let (deviation, tolerance, leaned) = (swept.deviation, swept.tolerance, swept.leaned);
         let surface = swept.surface;
         let (u, v) = (surface.u(), surface.v());
         let mut notes = vec![format!(
@@ -81,10 +82,28 @@ impl Operation for Sweep {
         } else {
             format!(
                 "{} from where it should be at most, measured; {} were allowed",
-                scene.unit.quantity(swept.deviation, 1),
-                scene.unit.quantity(swept.tolerance, 1)
+                scene.unit.quantity(deviation, 1),
+                scene.unit.quantity(tolerance, 1)
             )
         });
+        if swept.corners > 0 {
+            let corners = if swept.corners == 1 { "corner" } else { "corners" };
+            notes.push(format!("mitred at {} {corners} of the path", swept.corners));
+        }
+        if leaned > 0.0 {
+            notes.push(format!(
+                "sections lean beside corners where the path bends, so that both sides meet: {} from the sweep of others at most, measured",
+                scene.unit.quantity(leaned, 1)
+            ));
+        }
+        if swept.reversed {
+            notes.push("the curve is taken backwards, so that the faces look outwards".into());
+        }
+        if swept.flat {
+            notes.push(format!(
+                "\"{source}\" lies along the path where that starts: the surface is laid double there, with nothing inside"
+            ));
+        }
         if swept.twist.abs() > 1e-9 {
             notes.push(format!(
                 "turned about the path by {} degrees on the way round, so that the ends meet",
@@ -100,6 +119,12 @@ impl Operation for Sweep {
         let area = measured(context, "surface-area", &surface);
         let object = like(scene, &source, &name, surface.into());
         scene.add(object)?;
-        Ok(StepReport { area, ..made("sweep", name, notes) })
+        let mut report = StepReport { area, ..made("sweep", name, notes) };
+        report.numbers.insert("deviation".into(), deviation.into());
+        report.numbers.insert("tolerance".into(), tolerance.into());
+        report.numbers.insert("corners".into(), swept.corners.into());
+        report.numbers.insert("leaned".into(), leaned.into());
+        report.numbers.insert("twist".into(), swept.twist.into());
+        Ok(report)
     }
 }
