@@ -371,7 +371,16 @@ fn remember(before: &mut Scene, scene: &Scene) -> Result<()> {
         match before.get(object.name()) {
             Some(old) if old.geometry().kind() == object.geometry().kind() => {}
             Some(_) => before.replace_shared(object.name(), object.shared_geometry().clone())?,
-            None => before.add(Object::sharing(object.name(), object.shared_geometry().clone()))?,
+            None => {
+                // Where it is now: it has been nowhere else.
+                let mut first = Object::sharing(object.name(), object.shared_geometry().clone());
+                let is_kept = |name: &&String| {
+                    scene.get(name).is_some_and(|o| !matches!(o.geometry(), Geometry::Instance(_)))
+                };
+                first.parent = object.parent.as_ref().filter(is_kept).cloned();
+                first.transform = object.transform;
+                before.add(first)?;
+            }
         }
     }
     before.retain(|o| scene.get(o.name()).is_some() || matches!(o.geometry(), Geometry::Group));
@@ -404,11 +413,31 @@ fn step_error(
 mod tests {
     use std::path::Path;
 
-    use loftsman_kernel::Point;
     use loftsman_kernel::mesh::Polyline;
+    use loftsman_kernel::{Point, Vector};
     use serde_json::json;
 
     use super::*;
+
+    /// What a step has made or merged was nowhere else before: its first state is where it hangs.
+    #[test]
+    fn what_is_new_is_remembered_where_it_is() {
+        let line = Polyline { points: vec![Point::origin(), Point::new(2.0, 0.0, 0.0)], closed: false };
+        let mut scene = Scene::new();
+        let mut group = Object::new("group", Geometry::Group);
+        group.transform = Some(loftsman_kernel::nalgebra::Matrix4::new_scaling(3.0));
+        let mut new = Object::new("line", line.into());
+        (new.parent, new.transform) =
+            (Some("group".into()), Some(loftsman_kernel::nalgebra::Matrix4::new_translation(&Vector::x())));
+        // In either order.
+        scene.add(new).unwrap();
+        scene.add(group).unwrap();
+        let mut before = Scene::new();
+        remember(&mut before, &scene).unwrap();
+        let [then, now] = [&before, &scene].map(|scene| scene.flattened(10).unwrap().into_owned());
+        assert_eq!(then.get("line").unwrap().transform, now.get("line").unwrap().transform);
+        assert_eq!(before.get("line").unwrap().parent.as_deref(), Some("group"));
+    }
 
     /// A step that keeps within a distance has its output cut to a tenth of it, where that is finer than usual, and by ten times at most: what no step names is cut as finely.
     #[test]

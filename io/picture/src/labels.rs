@@ -1,5 +1,7 @@
 //! Labels that keep away from lines and from one another.
 
+use std::collections::HashSet;
+
 use crate::layout::Rect;
 use crate::path::Spot;
 use crate::svg::Element;
@@ -8,6 +10,9 @@ use crate::theme::{Color, Theme};
 
 /// The size of labels, in millimetres.
 pub(crate) const SIZE: f64 = 2.9;
+
+/// Places nearer than this on the page are one, in millimetres.
+pub(crate) const ONE: f64 = 0.6;
 
 /// From line to line, in millimetres.
 const LEADING: f64 = 3.6;
@@ -72,8 +77,39 @@ pub(crate) struct Label {
     pub(crate) anchor: Spot,
     pub(crate) lines: Vec<String>,
     pub(crate) color: Color,
-    /// Whether it is one of a row that tells as much without it: it is left out where it would not stand free beside its spot.
-    pub(crate) dispensable: bool,
+    /// Where it is one of a row of numbers that tells nearly as much without it: then it is left out where there is no room near its spot.
+    pub(crate) row: Option<Row>,
+}
+
+/// What a label is to the row of numbers that it belongs to.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Row {
+    /// How far down a row of its length is halved until it is met: the ends are 0, the middle is 1, quarters are 2. What is met first has
+    /// the first choice of places, so that a row is thinned evenly.
+    pub(crate) rank: u32,
+    /// Whose numbers these are.
+    pub(crate) object: String,
+}
+
+impl Row {
+    /// Whether the row cannot be read without it: its ends and its middle.
+    fn holds(&self) -> bool {
+        self.rank <= 1
+    }
+}
+
+/// The ranks of a row of so many numbers.
+pub(crate) fn ranks(count: usize) -> Vec<u32> {
+    let mut ranks = vec![0; count];
+    let mut open = vec![(0_usize, count.saturating_sub(1), 1)];
+    while let Some((first, last, rank)) = open.pop() {
+        let middle = first.midpoint(last);
+        if middle > first {
+            ranks[middle] = rank;
+            open.extend([(first, middle, rank + 1), (middle, last, rank + 1)]);
+        }
+    }
+    ranks
 }
 
 impl Label {
@@ -83,31 +119,103 @@ impl Label {
     }
 }
 
-/// Places labels one after another and draws them, and gives the words of those that have no room: these have a number in the drawing, from
-/// `first` on, and their words go into the legend.
+/// What has become of labels.
+#[derive(Debug, Default)]
+pub(crate) struct Placed {
+    /// The elements of those that have a place.
+    pub(crate) drawn: String,
+    /// The words of those that have none: these have a number in the drawing, and their words go into the legend.
+    pub(crate) apart: Vec<String>,
+    /// Whose rows have numbers that are left out, and how many.
+    pub(crate) left: Vec<(String, usize)>,
+}
+
+/// Places labels one after another and draws them. Those whose words have no room are numbered from `first` on; where there are `faces`,
+/// leaders have a halo, so that they are read on any colour.
 ///
 /// A label stands where nothing is drawn, no other label is and no leader runs: near its anchor, else further off with a leader, beside
-/// the drawing if need be; only its leader may cross lines. What is dispensable is left out where it would not stand free beside its spot.
-/// `O(cells of the page)` for each label that is moved away.
-pub(crate) fn place(labels: &[Label], ink: &Ink, theme: Theme, first: usize) -> (String, Vec<String>) {
+/// the drawing if need be; only its leader may cross lines. Rows of numbers come last, by rank, and stay near their spots; what has no room
+/// there is left out, and counted. `O(cells of the page)` for each label that is moved away.
+pub(crate) fn place(labels: &[Label], ink: &Ink, theme: Theme, first: usize, faces: bool) -> Placed {
     let mut page = Page { ink, free: Free::of(ink), placed: Vec::new(), leaders: Vec::new() };
-    let (mut out, mut apart) = (String::new(), Vec::new());
-    for label in labels {
-        let found = page.beside(label).or_else(|| if label.dispensable { None } else { page.away(label) });
-        if let Some(spot) = found {
-            out.push_str(&page.take(label, spot, theme));
+    let mut found = Placed::default();
+    let mut order: Vec<&Label> = labels.iter().collect();
+    // What has to be said has the first choice. The sort is stable: else they come as they are given.
+    order.sort_by_key(|label| label.row.as_ref().map(|row| row.rank));
+    let mut numbers = Numbers::default();
+    for label in order {
+        if numbers.are_said(label) {
             continue;
         }
-        if label.dispensable {
+        let place =
+            if numbers.are_many(label) { None } else { page.beside(label).or_else(|| page.away(label)) };
+        if let Some(spot) = place {
+            found.drawn.push_str(&page.take(label, spot, theme, faces));
             continue;
         }
-        let number = Label { lines: vec![(first + apart.len()).to_string()], ..label.clone() };
-        apart.push(label.lines.join("; "));
+        if let Some(row) = &label.row {
+            match found.left.iter_mut().find(|(object, _)| *object == row.object) {
+                Some((_, count)) => *count += 1,
+                None => found.left.push((row.object.clone(), 1)),
+            }
+            continue;
+        }
+        let number = Label { lines: vec![(first + found.apart.len()).to_string()], ..label.clone() };
+        found.apart.push(label.lines.join("; "));
         if let Some(spot) = page.beside(&number).or_else(|| page.away(&number)) {
-            out.push_str(&page.take(&number, spot, theme));
+            found.drawn.push_str(&page.take(&number, spot, theme, faces));
         }
     }
-    (out, apart)
+    found
+}
+
+/// The numbers of rows that have been placed, or not.
+#[derive(Default)]
+struct Numbers {
+    tried: usize,
+    /// By their words and the square that they are in.
+    said: HashSet<(String, [i64; 2])>,
+}
+
+impl Numbers {
+    /// For so many numbers of rows a place is looked for: a page of more is black.
+    const MOST: usize = 1000;
+
+    /// Whether a number is said at its spot already: objects that share their places have one label there.
+    fn are_said(&mut self, label: &Label) -> bool {
+        let (Some(_), [words]) = (&label.row, &label.lines[..]) else { return false };
+        // The casts saturate.
+        let [x, y] = label.anchor.map(|c| (c / ONE).floor() as i64);
+        let around = |k: i64| [x.saturating_add(k % 3 - 1), y.saturating_add(k / 3 - 1)];
+        if (0..9).any(|k| self.said.contains(&(words.clone(), around(k)))) {
+            return true;
+        }
+        self.said.insert((words.clone(), [x, y]));
+        false
+    }
+
+    /// Whether no place is looked for any more.
+    fn are_many(&mut self, label: &Label) -> bool {
+        self.tried += usize::from(label.row.is_some());
+        label.row.is_some() && self.tried > Self::MOST
+    }
+}
+
+/// Whether there is room for words of such a size near a spot, as things are on the page.
+pub(crate) struct Room<'a> {
+    page: Page<'a>,
+}
+
+impl<'a> Room<'a> {
+    /// The room that ink leaves.
+    pub(crate) fn on(ink: &'a Ink) -> Self {
+        Self { page: Page { ink, free: Free::of(ink), placed: Vec::new(), leaders: Vec::new() } }
+    }
+
+    /// How far off a label has to stand; `None` where it has no place.
+    pub(crate) fn near(&self, label: &Label) -> Option<f64> {
+        self.page.beside(label).or_else(|| self.page.away(label)).map(|(_, radius)| radius)
+    }
 }
 
 /// How far a label's box is from lines at least: glyphs at their ends have a size. In millimetres.
@@ -115,6 +223,13 @@ const CLEAR: f64 = 0.5;
 
 /// Labels further away than this have a number instead, in millimetres.
 const FAR: f64 = 45.0;
+
+/// The numbers of a row stand no further from their spots than this, in millimetres; those that hold the row may go further.
+const NEAR: f64 = 12.0;
+const HOLDING: f64 = 30.0;
+
+/// The most ink, weighed, that the leader of a number of a row runs across: it would lead through half a drawing.
+const TANGLED: f64 = 60.0;
 
 /// The page while labels are placed.
 struct Page<'a> {
@@ -144,9 +259,12 @@ impl Page<'_> {
 
     /// The best of the places around its anchor.
     fn beside(&self, label: &Label) -> Option<(Rect, f64)> {
+        let most = if label.row.is_some() { TANGLED } else { 1000.0 };
         let near = candidates(label).into_iter();
-        near.filter(|(rect, radius)| (!label.dispensable || *radius <= BESIDE) && self.is_free(rect))
-            .map(|(rect, radius)| (self.crossed(label, &rect, radius) + 1.5 * radius, (rect, radius)))
+        near.filter(|(rect, _)| self.is_free(rect))
+            .map(|(rect, radius)| (self.crossed(label, &rect, radius), rect, radius))
+            .filter(|(crossed, ..)| *crossed < most)
+            .map(|(crossed, rect, radius)| (crossed + 1.5 * radius, (rect, radius)))
             .filter(|(cost, _)| *cost < 1000.0)
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, place)| place)
@@ -154,12 +272,20 @@ impl Page<'_> {
 
     /// The nearest of all free places of the page whose leader runs across no other label.
     fn away(&self, label: &Label) -> Option<(Rect, f64)> {
+        let far = match &label.row {
+            None => FAR,
+            Some(row) if row.holds() => HOLDING,
+            Some(_) => NEAR,
+        };
         let [w, h] = label.size();
         let area = &self.ink.area;
+        // Those of the page that are not too far off.
         let steps = |i: usize, size: f64| {
             let room = area.high[i] - area.low[i] - size;
             let count = if room >= 0.0 { (room / (2.0 * CELL)).floor() as usize + 1 } else { 0 };
-            (0..count).map(move |k| 2.0 * CELL * k as f64)
+            let step = |at: f64| ((at - area.low[i]) / (2.0 * CELL)).max(0.0) as usize;
+            let (first, end) = (step(label.anchor[i] - far - size), step(label.anchor[i] + far) + 2);
+            (first..count.min(end)).map(move |k| 2.0 * CELL * k as f64)
         };
         let mut best: Option<(f64, (Rect, f64))> = None;
         for y in steps(1, h) {
@@ -169,7 +295,7 @@ impl Page<'_> {
                 let near = [0, 1].map(|i| label.anchor[i].clamp(rect.low[i], rect.high[i]) - label.anchor[i]);
                 let distance = near[0].hypot(near[1]);
                 let close = best.as_ref().is_none_or(|(cost, _)| 1.5 * distance < *cost);
-                if distance > FAR || !close || !self.is_free(&rect) {
+                if distance > far || !close || !self.is_free(&rect) {
                     continue;
                 }
                 let cost = 1.5 * distance + 0.25 * self.crossed(label, &rect, distance);
@@ -182,10 +308,10 @@ impl Page<'_> {
     }
 
     /// Puts a label there.
-    fn take(&mut self, label: &Label, (rect, radius): (Rect, f64), theme: Theme) -> String {
+    fn take(&mut self, label: &Label, (rect, radius): (Rect, f64), theme: Theme, halo: bool) -> String {
         self.leaders.extend(leader(label, &rect, radius));
         self.placed.push(rect.grown(0.4));
-        draw(label, &rect, radius, theme)
+        draw(label, &rect, radius, (theme, halo))
     }
 }
 
@@ -239,7 +365,11 @@ fn meets([from, to]: [Spot; 2], rect: &Rect) -> bool {
 fn candidates(label: &Label) -> Vec<(Rect, f64)> {
     let [w, h] = label.size();
     let mut list = Vec::new();
-    for radius in [2.0, 3.5, 6.0, 9.0, 13.0, 18.0, 24.0] {
+    let radii: &[f64] = match label.row {
+        None => &[2.0, 3.5, 6.0, 9.0, 13.0, 18.0, 24.0],
+        Some(_) => &[2.0, BESIDE, 3.5, 5.0, 7.0, 9.5, NEAR],
+    };
+    for &radius in radii {
         for turn in [0, 2, -2, 8, 6, -6, 4, -4, 1, -1, 7, -7, 3, 5, -3, -5] {
             let (s, c) = (f64::from(turn) * std::f64::consts::TAU / 16.0).sin_cos();
             let x = label.anchor[0] + c * (radius + w / 2.0);
@@ -256,24 +386,27 @@ fn leader(label: &Label, rect: &Rect, radius: f64) -> Option<[Spot; 2]> {
     let near = [0, 1].map(|i| label.anchor[i].clamp(rect.low[i], rect.high[i]));
     let d = [near[0] - label.anchor[0], near[1] - label.anchor[1]];
     let distance = d[0].hypot(d[1]);
-    (radius > 3.0 && distance > 2.5).then(|| {
+    (radius > BESIDE && distance > 2.5).then(|| {
         let start = [0, 1].map(|i| label.anchor[i] + d[i] * 1.4 / distance);
         [start, [0, 1].map(|i| near[i] - d[i] * 0.4 / distance)]
     })
 }
 
-fn draw(label: &Label, rect: &Rect, radius: f64, theme: Theme) -> String {
+fn draw(label: &Label, rect: &Rect, radius: f64, (theme, halo): (Theme, bool)) -> String {
     let mut out = String::new();
     if let Some([start, end]) = leader(label, rect, radius) {
-        let leader = Element::new("line")
-            .attribute("class", "leader")
-            .length("x1", start[0])
-            .length("y1", start[1])
-            .length("x2", end[0])
-            .length("y2", end[1])
-            .attribute("stroke", &theme.faint().hex())
-            .length("stroke-width", 0.15);
-        out.push_str(&leader.empty());
+        let line = |class: &str, color: Color, width: f64| {
+            let line = Element::new("line").attribute("class", class);
+            let line = line.length("x1", start[0]).length("y1", start[1]);
+            let line = line.length("x2", end[0]).length("y2", end[1]);
+            line.attribute("stroke", &color.hex()).length("stroke-width", width).empty()
+        };
+        if halo {
+            out.push_str(&line("halo", theme.paper(), 0.6));
+            out.push_str(&line("leader", theme.ink(), 0.15));
+        } else {
+            out.push_str(&line("leader", theme.faint(), 0.15));
+        }
     }
     // Beside its anchor a text is flush with it; above or below it is centred.
     let (anchor, x) = if rect.low[0] >= label.anchor[0] {
@@ -305,26 +438,75 @@ mod tests {
     use super::*;
 
     fn label(anchor: Spot, words: &str) -> Label {
-        Label { anchor, lines: vec![words.into()], color: Color([0; 3]), dispensable: false }
+        Label { anchor, lines: vec![words.into()], color: Color([0; 3]), row: None }
     }
 
-    /// Of a crowded row of numbers those stay that stand free, the first among them; what has to be said is said all the same.
     #[test]
-    fn what_is_dispensable_is_left_out_where_it_is_crowded() {
-        let ink = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
-        let row: Vec<Label> = (0..60)
-            .map(|k| Label { dispensable: true, ..label([40.0 + 0.1 * f64::from(k), 30.0], "0.25") })
-            .collect();
-        let text = place(&row, &ink, Theme::Light, 1).0;
-        let boxes: Vec<Rect> = text.split("<text").skip(1).map(around).collect();
-        assert!((2..30).contains(&boxes.len()) && !text.contains("leader"), "{text}");
+    fn a_row_is_halved_again_and_again() {
+        assert_eq!(ranks(11), [0, 3, 2, 3, 4, 1, 3, 2, 3, 4, 0]);
+        assert_eq!((ranks(0), ranks(1), ranks(2), ranks(3)), (vec![], vec![0], vec![0; 2], vec![0, 1, 0]));
+    }
+
+    /// A row along a line, as close as is said.
+    fn row(count: usize, gap: f64) -> Vec<Label> {
+        let ranks = ranks(count);
+        (0..count)
+            .map(|k| Label {
+                row: Some(Row { rank: ranks[k], object: "c".into() }),
+                ..label([10.0 + gap * k as f64, 30.0], &format!("0.{k:02}"))
+            })
+            .collect()
+    }
+
+    /// Of a crowded row of numbers those stay that have room near their spots, its ends and its middle first, and the others are counted;
+    /// one with room around is whole, at a line as well.
+    #[test]
+    fn of_a_crowded_row_the_ends_and_the_middle_stay() {
+        let mut ink = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
+        ink.segment([0.0, 30.0], [100.0, 30.0], 6);
+        let found = place(&row(201, 0.2), &ink, Theme::Light, 1, false);
+        let boxes: Vec<Rect> = found.drawn.split("<text").skip(1).map(around).collect();
+        assert!((10..100).contains(&boxes.len()), "{}", found.drawn);
+        assert_eq!(found.left, [("c".to_owned(), 201 - boxes.len())]);
         for (k, rect) in boxes.iter().enumerate() {
             assert!(boxes[..k].iter().all(|other| !other.overlaps(rect)), "{boxes:?}");
+            let near = |anchor: f64| (rect.low[0].max(rect.high[0].min(anchor)) - anchor).abs();
+            assert!((0..201).any(|k| near(10.0 + 0.2 * f64::from(k)) < NEAR), "{rect:?}");
         }
-        let apart: Vec<Label> = (0..10)
-            .map(|k| Label { dispensable: true, ..label([5.0 + 9.0 * f64::from(k), 30.0], "0.25") })
-            .collect();
-        assert_eq!(place(&apart, &ink, Theme::Light, 1).0.matches("<text").count(), 10);
+        for held in ["0.00", "0.100", "0.200"] {
+            assert!(found.drawn.contains(&format!(">{held}<")), "{held}: {}", found.drawn);
+        }
+        let apart = place(&row(10, 9.0), &ink, Theme::Light, 1, false);
+        assert!(apart.drawn.matches("<text").count() == 10 && apart.left.is_empty(), "{apart:?}");
+    }
+
+    /// In a net of lines too narrow for a number it stands outside, at the end of a leader.
+    #[test]
+    fn the_numbers_of_a_row_have_leaders_out_of_a_net() {
+        let mut ink = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
+        for k in 0..=8 {
+            let y = 26.0 + f64::from(k);
+            ink.segment([5.0, y], [95.0, y], 1);
+        }
+        let found = place(&row(9, 10.0), &ink, Theme::Light, 1, true);
+        assert_eq!((found.drawn.matches("<text").count(), found.left.len()), (9, 0), "{found:?}");
+        assert_eq!(found.drawn.matches("\"leader\"").count(), 9);
+        // Beneath each there is paper, so that it is seen on faces of any colour.
+        assert_eq!(found.drawn.matches("\"halo\"").count(), 9);
+        for rect in found.drawn.split("<text").skip(1).map(around) {
+            assert!(rect.high[1] < 26.0 || rect.low[1] > 34.0, "{rect:?}");
+        }
+    }
+
+    /// What has to be said has the first choice of places, whatever is given first.
+    #[test]
+    fn rows_make_way_for_what_has_to_be_said() {
+        let ink = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
+        let said = label([50.0, 30.0], "position at 0.25");
+        let alone = place(std::slice::from_ref(&said), &ink, Theme::Light, 1, false).drawn;
+        let mut all = row(41, 2.0);
+        all.push(said);
+        assert!(place(&all, &ink, Theme::Light, 1, false).drawn.starts_with(&alone));
     }
 
     #[test]
@@ -332,7 +514,7 @@ mod tests {
         let mut ink = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
         ink.segment([0.0, 30.0], [100.0, 30.0], 4);
         let labels: Vec<Label> = (0..6).map(|_| label([50.0, 30.0], "position at 0.25")).collect();
-        let text = place(&labels, &ink, Theme::Light, 1).0;
+        let text = place(&labels, &ink, Theme::Light, 1, false).drawn;
         let boxes: Vec<Rect> = text.split("<text").skip(1).map(around).collect();
         assert_eq!(boxes.len(), 6, "{text}");
         for (k, rect) in boxes.iter().enumerate() {
@@ -345,7 +527,8 @@ mod tests {
         }
         // Without the others, and without the line, all would stand in the same place.
         let clean = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
-        let alone = around(place(&labels[..1], &clean, Theme::Light, 1).0.split("<text").nth(1).unwrap());
+        let alone =
+            around(place(&labels[..1], &clean, Theme::Light, 1, false).drawn.split("<text").nth(1).unwrap());
         assert!((alone.low[1]..alone.high[1]).contains(&30.0), "{alone:?}");
     }
 
@@ -375,7 +558,7 @@ mod tests {
             ink.segment([0.0, y], [100.0, y], 9);
         });
         ink.segment([0.0, 22.0], [100.0, 22.0], 9);
-        let text = place(&[label([50.0, 30.0], "position")], &ink, Theme::Light, 1).0;
+        let text = place(&[label([50.0, 30.0], "position")], &ink, Theme::Light, 1, false).drawn;
         let y2: f64 = text.split("y2=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
         assert!(y2 > 30.0, "{text}");
     }
@@ -386,7 +569,8 @@ mod tests {
     fn labels_never_stand_on_lines() {
         let mut ink = Ink::new(Rect { low: [0.0, 0.0], high: [200.0, 60.0] });
         (0..=60).for_each(|k| ink.segment([0.0, f64::from(k)], [160.0, f64::from(k)], 1));
-        let (text, apart) = place(&[label([140.0, 30.0], "position at 0.5")], &ink, Theme::Light, 1);
+        let Placed { drawn: text, apart, .. } =
+            place(&[label([140.0, 30.0], "position at 0.5")], &ink, Theme::Light, 1, false);
         let rect = around(text.split("<text").nth(1).unwrap());
         assert!(rect.low[0] > 160.0 && apart.is_empty() && text.contains("leader"), "{rect:?}");
         // A slit of no more than a figure.
@@ -395,7 +579,8 @@ mod tests {
             ink.segment([0.0, f64::from(k)], [95.0, f64::from(k)], 1);
             ink.segment([100.0, f64::from(k)], [200.0, f64::from(k)], 1);
         });
-        let (text, apart) = place(&[label([90.0, 30.0], "position at 0.5")], &ink, Theme::Light, 7);
+        let Placed { drawn: text, apart, .. } =
+            place(&[label([90.0, 30.0], "position at 0.5")], &ink, Theme::Light, 7, false);
         let rect = around(text.split("<text").nth(1).unwrap());
         assert!(rect.low[0] > 95.0 && rect.high[0] < 100.0 && text.contains(">7<"), "{rect:?} {text}");
         assert_eq!(apart, ["position at 0.5"]);
@@ -404,7 +589,7 @@ mod tests {
     #[test]
     fn a_label_in_the_corner_stays_inside() {
         let ink = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
-        let text = place(&[label([99.0, 1.0], "a long label here")], &ink, Theme::Light, 1).0;
+        let text = place(&[label([99.0, 1.0], "a long label here")], &ink, Theme::Light, 1, false).drawn;
         assert!(text.contains("text-anchor=\"end\""), "{text}");
     }
 }

@@ -174,9 +174,13 @@ pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
         for (column, part) in list.iter().enumerate() {
             let left = MARGIN + column as f64 * (cell + GUTTER);
             let area = Rect { low: [left, y], high: [left + cell, y + high] };
-            let mut sheet = part.sheet(picture.theme, area, common, highest, caption, count == 1);
-            part.draw(&mut sheet, &picture.choices, unit)?;
             let number = row * columns + column + 1;
+            let mut sheet = part.sheet(picture.theme, area, common, highest, caption, count == 1);
+            sheet.name = (count > 1).then(|| match &part.panel.caption {
+                Some(caption) => text::clipped(caption, 30),
+                None => format!("drawing {number}"),
+            });
+            part.draw(&mut sheet, &picture.choices, unit)?;
             let suffix = if count == 1 { String::new() } else { format!("-{number}") };
             content.push_str(&sheet.content(&suffix));
             content.push_str(&part.caption(picture.theme, &area, several));

@@ -33,13 +33,15 @@ pub(crate) enum Layer {
     Clouds,
     /// Knots.
     Beads,
+    /// A few loose points.
+    Points,
     /// Marks.
     Marks,
 }
 
 impl Layer {
     /// All layers, from the bottom up, with the `id` of their groups.
-    const ALL: [(Self, &'static str); 10] = [
+    const ALL: [(Self, &'static str); 11] = [
         (Self::Faces, "faces"),
         (Self::Axes, "axes"),
         (Self::Old, "before"),
@@ -49,6 +51,7 @@ impl Layer {
         (Self::Curves, "curves"),
         (Self::Clouds, "clouds"),
         (Self::Beads, "knots"),
+        (Self::Points, "points"),
         (Self::Marks, "marks"),
     ];
 }
@@ -106,6 +109,8 @@ pub(crate) enum Sample {
     Bead(Color),
     /// A dot of a cloud.
     Dot(Color),
+    /// One of a few loose points.
+    Spot(Color),
     /// A piece of a face.
     Face(Color),
     /// Zebra stripes.
@@ -123,8 +128,8 @@ pub(crate) enum Sample {
 pub(crate) struct Caption {
     /// Sample and words of each entry of the legend, in the order in which they came up.
     pub(crate) legend: Vec<(Sample, String)>,
-    /// What colours of faces mean: the words, and the value at the end of the map, beyond which there may be more.
-    pub(crate) scales: Vec<(String, f64, bool)>,
+    /// What colours of faces mean.
+    pub(crate) scales: Vec<Scale>,
     /// What was left out.
     pub(crate) notes: Vec<String>,
     /// The same, to be found.
@@ -136,6 +141,81 @@ pub(crate) struct Caption {
     pub(crate) numbers: usize,
     /// The objects that have none, since there are too many.
     unnamed: HashSet<String>,
+    /// What is thinned out, of which object and in which drawing.
+    thinned: Vec<Thinned>,
+}
+
+/// What of an object is left out of a drawing.
+#[derive(Debug, PartialEq)]
+struct Thinned {
+    why: Why,
+    object: String,
+    /// How many, in words: `18 of 25`, or `3`.
+    count: String,
+    /// The drawing, where there are several.
+    drawing: Option<String>,
+}
+
+/// Why something is left out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Why {
+    /// Things of this name that cover one another.
+    Close(&'static str),
+    /// Parameters for whose numbers there is no room.
+    Unlabelled,
+    /// Parameters of places that are out of sight.
+    Behind,
+}
+
+impl Why {
+    /// What is said where there is one object, and where there are several.
+    fn words(self, only: Option<&str>, list: &str) -> String {
+        match (self, only) {
+            (Self::Close(things), Some(name)) => {
+                format!("{name}: {list} {things} are drawn, the others are too close to be told apart")
+            }
+            (Self::Close(things), None) => {
+                format!("{things} too close to be told apart are left out: drawn are {list}")
+            }
+            (Self::Unlabelled, _) => format!("parameters for whose labels there is no room: {list}"),
+            (Self::Behind, _) => format!("parameters out of sight: {list}"),
+        }
+    }
+}
+
+/// A note names so many objects at most.
+const LISTED: usize = 4;
+
+/// What colours of faces mean.
+#[derive(Debug)]
+pub(crate) struct Scale {
+    pub(crate) words: String,
+    /// The value at the end of the map.
+    pub(crate) end: f64,
+    /// The least and the largest value there is.
+    pub(crate) range: (f64, f64),
+}
+
+impl Scale {
+    /// Whether there are values beyond its ends by more than a part of these.
+    fn is_exceeded_by(&self, part: f64) -> bool {
+        self.range.0.abs().max(self.range.1.abs()) > self.end * (1.0 + part)
+    }
+
+    /// Whether there are values beyond its ends at all.
+    pub(crate) fn is_exceeded(&self) -> bool {
+        self.is_exceeded_by(1e-6)
+    }
+
+    /// Its title; where values are well beyond its ends, which have two figures, with the least and the largest.
+    pub(crate) fn title(&self) -> String {
+        let (least, most) = self.range;
+        if self.is_exceeded_by(0.05) {
+            format!("{}, from {} to {}", self.words, text::number(least), text::number(most))
+        } else {
+            self.words.clone()
+        }
+    }
 }
 
 /// Objects that share an entry of the legend.
@@ -178,10 +258,10 @@ impl Caption {
     }
 
     /// Explains the colours of faces, once.
-    pub(crate) fn scale(&mut self, words: String, end: f64, beyond: bool) {
-        match self.scales.iter_mut().find(|(known, ..)| *known == words) {
-            Some((.., more)) => *more |= beyond,
-            None => self.scales.push((words, end, beyond)),
+    pub(crate) fn scale(&mut self, words: String, end: f64, range: (f64, f64)) {
+        match self.scales.iter_mut().find(|scale| scale.words == words) {
+            Some(Scale { range: known, .. }) => *known = (known.0.min(range.0), known.1.max(range.1)),
+            None => self.scales.push(Scale { words, end, range }),
         }
     }
 
@@ -268,15 +348,53 @@ impl Caption {
         }
     }
 
-    /// Notes that `shown` of `all` things of an object (`"control vertices"`) are drawn, unless what is missing hardly counts: things
-    /// that cover one another.
-    pub(crate) fn note_thinned(&mut self, object: &str, shown: usize, (all, things): (usize, &str)) {
-        if shown * 4 < all * 3 {
-            let name = text::clipped(object, 30);
-            let are = if shown == 1 { "is" } else { "are" };
-            self.note(format!(
-                "{name}: {shown} of its {all} {things} {are} drawn, the others are too close to be told apart"
-            ));
+    /// All notes: what was said, and what is thinned out, in a sentence for each reason.
+    pub(crate) fn all_notes(&self) -> Vec<String> {
+        let mut notes = self.notes.clone();
+        let mut said: Vec<Why> = Vec::new();
+        for Thinned { why, .. } in &self.thinned {
+            if said.contains(why) {
+                continue;
+            }
+            said.push(*why);
+            let list: Vec<&Thinned> = self.thinned.iter().filter(|other| other.why == *why).collect();
+            let place = |of: &Thinned| match &of.drawing {
+                Some(drawing) => format!("{} in \"{drawing}\"", of.count),
+                None => of.count.clone(),
+            };
+            let of = |object: &str| {
+                let all: Vec<String> =
+                    list.iter().filter(|other| other.object == object).map(|other| place(other)).collect();
+                all.join(", ")
+            };
+            let mut objects: Vec<&str> = Vec::new();
+            for Thinned { object, .. } in &list {
+                if !objects.contains(&object.as_str()) {
+                    objects.push(object);
+                }
+                if objects.len() > LISTED {
+                    break;
+                }
+            }
+            if let ([only], Why::Close(_)) = (&objects[..], why) {
+                notes.push(why.words(Some(&text::clipped(only, 30)), &of(only)));
+                continue;
+            }
+            let named = |object: &&str| format!("{} of {}", of(object), text::clipped(object, 30));
+            let mut words: Vec<String> = objects.iter().take(LISTED).map(named).collect();
+            if objects.len() > LISTED {
+                words.push("and so on".to_owned());
+            }
+            notes.push(why.words(None, &words.join(", ")));
+        }
+        notes
+    }
+
+    fn thin(&mut self, why: Why, object: &str, count: String, drawing: Option<&String>) {
+        let thinned = Thinned { why, object: object.to_owned(), count, drawing: drawing.cloned() };
+        // Each drawing says what it leaves out of an object once: what repeats follows at once.
+        if self.thinned.last() != Some(&thinned) {
+            self.thinned.push(thinned);
         }
     }
 }
@@ -293,6 +411,8 @@ pub(crate) struct Sheet {
     pub(crate) depth: Option<Depth>,
     /// Labels to be placed when everything else is drawn.
     pub(crate) labels: Vec<Label>,
+    /// What the drawing is called, where there are several on the page.
+    pub(crate) name: Option<String>,
     /// What the reader is caption about it.
     pub(crate) caption: Caption,
 }
@@ -307,7 +427,29 @@ impl Sheet {
             layers: Vec::new(),
             depth: None,
             labels: Vec::new(),
+            name: None,
             caption,
+        }
+    }
+
+    /// Notes that `shown` of `all` things of an object (`"control vertices"`) are drawn where that leaves out more than a quarter of those
+    /// that are at places of their own (`apart`): things that cover one another are hardly missed.
+    pub(crate) fn note_thinned(
+        &mut self,
+        object: &str,
+        (shown, apart): (usize, usize),
+        (all, things): (usize, &'static str),
+    ) {
+        if shown * 4 < apart * 3 {
+            let count = format!("{shown} of {all}");
+            self.caption.thin(Why::Close(things), object, count, self.name.as_ref());
+        }
+    }
+
+    /// Notes that so many parameters of an object are at places that are out of sight.
+    pub(crate) fn note_behind(&mut self, object: &str, count: usize) {
+        if count > 0 {
+            self.caption.thin(Why::Behind, object, count.to_string(), self.name.as_ref());
         }
     }
 
@@ -394,14 +536,18 @@ impl Sheet {
                 out.push_str(&Element::new("g").attribute("id", &format!("{id}{suffix}")).around(content));
             }
         }
-        let (labels, apart) =
-            crate::labels::place(&self.labels, &self.ink, self.theme, self.caption.numbers + 1);
-        for words in apart {
+        let (first, faces) = (self.caption.numbers + 1, self.depth.is_some());
+        let found = crate::labels::place(&self.labels, &self.ink, self.theme, first, faces);
+        for words in found.apart {
             self.caption.numbers += 1;
             self.caption.legend.push((Sample::Number(self.caption.numbers), words));
         }
-        if !labels.is_empty() {
-            out.push_str(&Element::new("g").attribute("id", &format!("labels{suffix}")).around(&labels));
+        for (object, count) in found.left {
+            self.caption.thin(Why::Unlabelled, &object, count.to_string(), self.name.as_ref());
+        }
+        if !found.drawn.is_empty() {
+            let labels = Element::new("g").attribute("id", &format!("labels{suffix}"));
+            out.push_str(&labels.around(&found.drawn));
         }
         out
     }

@@ -1,5 +1,6 @@
 //! The font of all pictures, and how wide a text is in it.
 
+use loftsman_kernel::text::measured;
 use ttf_parser::Face;
 
 /// DejaVu Sans, reduced to Latin, Greek, Cyrillic and some signs.
@@ -53,6 +54,47 @@ pub(crate) fn number(value: f64) -> String {
     } else {
         format!("{mantissa}·10{raised}").replace('-', "−")
     }
+}
+
+/// Words whose numbers have six figures at most, which is more than can be seen: `position at 0.0385882`. Whole numbers stay, and so do
+/// figures that belong to a name.
+pub(crate) fn rounded(words: &str) -> String {
+    let mut out = String::with_capacity(words.len());
+    let mut rest = words;
+    while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
+        let (before, from) = rest.split_at(start);
+        out.push_str(before);
+        let is_named = out.ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == '.');
+        // Bytes: a number has no others, and ends before whatever it has not.
+        let bytes = from.as_bytes();
+        let digits = |at: usize| bytes[at..].iter().take_while(|b| b.is_ascii_digit()).count();
+        let mut end = digits(0);
+        let has_point = bytes.get(end) == Some(&b'.') && digits(end + 1) > 0;
+        if has_point {
+            end += 1 + digits(end + 1);
+        }
+        let figures = from[..end].bytes().filter(u8::is_ascii_digit).count();
+        if bytes.get(end) == Some(&b'e') {
+            let sign = usize::from(matches!(bytes.get(end + 1), Some(b'-' | b'+')));
+            let exponent = digits(end + 1 + sign);
+            end += if exponent > 0 { 1 + sign + exponent } else { 0 };
+        }
+        let (number, after) = from.split_at(end);
+        let is_followed = after.starts_with(|c: char| c.is_alphanumeric() || c == '_');
+        match number.parse::<f64>() {
+            Ok(value) if has_point && figures > 6 && !is_named && !is_followed => {
+                out.push_str(&measured(value));
+            }
+            _ => out.push_str(number),
+        }
+        rest = after;
+    }
+    out + rest
+}
+
+/// A parameter, in as many figures as are needed to point at its place: one that is rounded up at the end of a domain would be outside.
+pub(crate) fn parameter(value: f64) -> String {
+    measured(value).replace('-', "−")
 }
 
 /// A tick of an axis: all of them have as many decimals as their step needs.
@@ -121,6 +163,24 @@ mod tests {
     fn numbers_read_well() {
         let texts = [0.0, 0.25, -1.5, 20.0, 12345.0, 2e-9, 1e9, -2.5e12].map(number);
         assert_eq!(texts, ["0", "0.25", "−1.5", "20", "12345", "2·10⁻⁹", "10⁹", "−2.5·10¹²"]);
+    }
+
+    #[test]
+    fn labels_have_six_figures_at_most() {
+        for (words, expected) in [
+            ("position at 0.03858823942820688", "position at 0.0385882"),
+            ("y of position at [0.5, 123.456789]", "y of position at [0.5, 123.457]"),
+            ("position at -0.39779992 by 1.00000000e-5", "position at -0.3978 by 1e-5"),
+            (
+                "vertex 12345678 of part_0.1234567, v1.23456789",
+                "vertex 12345678 of part_0.1234567, v1.23456789",
+            ),
+            ("0.25", "0.25"),
+            ("naïve 1.5é 0.12345678é", "naïve 1.5é 0.12345678é"),
+            ("3.", "3."),
+        ] {
+            assert_eq!(rounded(words), expected);
+        }
     }
 
     #[test]

@@ -206,3 +206,19 @@ fn panels_of_one_scene_show_what_each_says_with_one_scale_a_kind() {
     assert_eq!(said.iter().filter(|t| *t == "2").count(), 1, "{said:?}");
     assert_eq!(said.iter().filter(|t| t.contains("mean curvature")).count(), 1, "{said:?}");
 }
+
+/// Of a few values beyond the ends of the scale the largest is told, so that it is the one that reports tell.
+#[test]
+fn a_scale_tells_the_largest_value_beyond_its_ends() {
+    let bump = |x: f64, y: f64| if x.abs() < 0.06 && y.abs() < 0.06 { 0.5 } else { 0.01 };
+    let (before, after) = (scene(graph(3.0, |_, _| 0.0)), scene(graph(3.0, bump)));
+    let said = texts(&Picture::of(&after).before(&before).draw_before(false).faces(Faces::Deviation));
+    let title = said.iter().find(|text| text.starts_with("distance from before in mm, from ")).unwrap();
+    let (least, most) = title.rsplit_once(" to ").unwrap();
+    let least: f64 = least.rsplit(' ').next().unwrap().parse().unwrap();
+    let (most, end): (f64, f64) = (
+        most.parse().unwrap(),
+        said.iter().find_map(|text| text.strip_prefix("≥ ")).unwrap().parse().unwrap(),
+    );
+    assert!((least - 0.03).abs() < 1e-3 && most > 1.05 * end && most <= 1.5, "{said:?}");
+}

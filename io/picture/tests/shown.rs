@@ -4,11 +4,12 @@
 mod drawn;
 
 use drawn::Drawn;
-use loftsman_kernel::mesh::{Layer, Mesh, Polyline};
+use loftsman_kernel::mesh::{Cloud, Layer, Mesh, Polyline};
+use loftsman_kernel::plugin::{Mark, MarkKind};
 use loftsman_kernel::scene::{Definition, Geometry, Object, Scene};
-use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
-use loftsman_picture::{Panel, Picture, View};
+use loftsman_picture::{Beads, Curvature, Faces, Panel, Picture, View};
 use nalgebra::Matrix4;
 use roxmltree::Document;
 
@@ -125,4 +126,215 @@ fn meshes_have_the_colours_of_their_points() {
     let image = picture(&plain);
     let all = image.pixels().iter();
     assert!(!all.into_iter().any(|p| p.green() < 20 && p.red().max(p.blue()) > 80 && p.alpha() == 255));
+}
+
+/// The words of the labels in the drawings.
+fn labels(svg: &str) -> Vec<String> {
+    let document = Document::parse(svg).unwrap();
+    let nodes = document.descendants().filter(|node| node.attribute("class") == Some("label"));
+    nodes.filter_map(|node| node.text().map(str::to_owned)).collect()
+}
+
+/// All texts of a page.
+fn texts(svg: &str) -> Vec<String> {
+    let document = Document::parse(svg).unwrap();
+    let nodes = document.descendants().filter(|node| node.has_tag_name("text"));
+    nodes.filter_map(|node| node.text().map(str::to_owned)).collect()
+}
+
+/// A sheet of so many vertices each way, `f` above a square.
+fn sheet(count: usize, f: impl Fn(f64, f64) -> f64) -> Surface {
+    let space = || Space::clamped_uniform(3, count).unwrap();
+    let (_, end) = space().domain();
+    let at = |k: usize| {
+        let [x, y] = [k / count, k % count].map(|i| 4.0 * space().greville(i) / end - 2.0);
+        Point::new(x, y, f(x, y))
+    };
+    Surface::new(space(), space(), (0..count * count).map(at).collect()).unwrap()
+}
+
+fn scene_of(geometry: Geometry) -> Scene {
+    let mut scene = Scene::new();
+    scene.add(Object::new("s", geometry)).unwrap();
+    scene
+}
+
+/// Every parameter of a sheet under its net has its number, in one drawing as on a page of four, on painted faces too.
+#[test]
+fn the_parameters_of_a_surface_are_read_beside_its_net() {
+    let sheet = sheet(9, |x, y| 0.2 * (4.0 - x * x - y * y));
+    let scene = scene_of(sheet.into());
+    let picture = Picture::of(&scene).view(View::Isometric).parameters(true);
+    let svg = picture.drawn();
+    let found = labels(&svg).join(", ");
+    for name in ["u", "v"] {
+        for value in [0, 2, 4, 6] {
+            assert!(found.contains(&format!("{name} {value}")), "{name} {value}: {found}");
+        }
+    }
+    assert!(!texts(&svg).iter().any(|text| text.contains("no room")), "{:?}", texts(&svg));
+    let panels = [Faces::Zebra, Faces::Curvature(Curvature::Mean), Faces::Shaded, Faces::Shaded]
+        .map(|faces| Panel::view(View::Isometric).faces(faces));
+    let svg = picture.panels(panels).drawn();
+    let each: Vec<&str> = svg.split("id=\"labels-").skip(1).collect();
+    assert_eq!(each.len(), 4);
+    for drawing in each {
+        assert!(drawing.matches("class=\"label\"").count() >= 6, "{drawing}");
+        // On faces of any colour leaders have paper around.
+        assert_eq!(
+            drawing.matches("class=\"leader\"").count(),
+            drawing.matches("class=\"halo\"").count(),
+            "{drawing}"
+        );
+    }
+}
+
+/// Round numbers all along a polyline of many knots, at knots and squares, and no knots instead.
+#[test]
+fn the_parameters_of_a_polyline_of_many_knots_are_all_read() {
+    let at = |k: usize| Point::new(k as f64, 20.0 * (k as f64 * 0.03).sin(), 0.0);
+    let line = Curve::new(Space::clamped_uniform(1, 501).unwrap(), (0..501).map(at).collect()).unwrap();
+    let svg = Picture::of(&scene(line)).beads(Beads::Knots).parameters(true).drawn();
+    let mut found: Vec<u32> = labels(&svg).iter().map(|label| label.parse().unwrap()).collect();
+    found.sort_unstable();
+    assert_eq!(found, [0, 50, 100, 150, 200, 250, 300, 350, 400, 450, 500]);
+}
+
+/// Where there is no room for all, that is said, and in which drawing.
+#[test]
+fn parameters_without_a_label_are_counted() {
+    let many: Vec<_> = (0..40)
+        .map(|k| {
+            let points = [[0.0, 0.0], [9.0, 0.0]].map(|[x, y]| Point::new(x, y + 0.05 * f64::from(k), 0.0));
+            Object::new(format!("{k:02}"), Curve::bezier(points.to_vec()).unwrap().into())
+        })
+        .collect();
+    let mut scene = Scene::new();
+    many.into_iter().for_each(|object| scene.add(object).unwrap());
+    let picture = Picture::of(&scene).parameters(true);
+    let notes =
+        |svg: &str| texts(svg).into_iter().filter(|text| text.contains("no room")).collect::<Vec<_>>();
+    let one = notes(&picture.drawn());
+    assert!(
+        one.len() == 1 && one[0].starts_with("parameters for whose labels there is no room: "),
+        "{one:?}"
+    );
+    assert!(!one[0].contains("drawing"), "{one:?}");
+    let panels = [Panel::view(View::Top), Panel::view(View::Top).caption("above").objects(["00"])];
+    let two = notes(&picture.panels(panels).drawn());
+    assert!(two[0].contains("in \"drawing 1\"") && !two[0].contains("above"), "{two:?}");
+}
+
+/// The parameters of a trimmed surface are on what is left of it.
+#[test]
+fn parameters_of_a_trimmed_surface_are_where_it_is_drawn() {
+    use loftsman_kernel::spline::trimmed::{ParameterCurve, Region, Trimmed};
+    let (u, v) = (Space::clamped(1, &[0.0, 1.0]).unwrap(), Space::clamped(1, &[0.0, 1.0]).unwrap());
+    let net = [[0.0, 0.0], [0.0, 10.0], [10.0, 0.0], [10.0, 10.0]].map(|[x, y]| Point::new(x, y, 0.0));
+    let plane = Surface::new(u, v, net.to_vec()).unwrap();
+    // A triangle whose long side no line of equal parameter runs along.
+    let corners = [[0.1, 0.1], [0.9, 0.3], [0.3, 0.9], [0.1, 0.1]].map(|[x, y]| Point::new(x, y, 0.0));
+    let triangle = Curve::new(Space::clamped_uniform(1, 4).unwrap(), corners.to_vec()).unwrap();
+    let outer = vec![ParameterCurve::whole(triangle).unwrap()];
+    let trimmed = Trimmed::new(plane, vec![Region { outer, holes: Vec::new() }], Vec::new(), Vec::new());
+    let scene = scene_of(Geometry::Trimmed(trimmed.unwrap()));
+    let svg = Picture::of(&scene).view(View::Top).control_polygons(false).parameters(true).drawn();
+    let numbers = |data: &str| -> Vec<f64> {
+        let split = data.split(|c: char| c.is_ascii_alphabetic() || c == ' ').filter(|part| !part.is_empty());
+        split.map(|number| number.parse().unwrap()).collect()
+    };
+    let border = numbers(&of_class(&svg, "border", "d")[0]);
+    // The corners, from which the page's scale follows.
+    let scale = (border[2] - border[0]) / 0.8;
+    let dots = numbers(&of_class(&svg, "parameters", "d")[0]);
+    assert_eq!(dots.len() / 3, 8, "0.2, 0.4, 0.6 and 0.8 each way: {dots:?}");
+    for dot in dots.chunks(3) {
+        let (x, y) = (0.1 + (dot[0] - border[0]) / scale, 0.1 - (dot[1] - border[1]) / scale);
+        let inside = |[a, b]: [f64; 2], [c, d]: [f64; 2]| (c - a) * (y - b) - (d - b) * (x - a) > -3e-3;
+        assert!(
+            inside([0.1, 0.1], [0.9, 0.3])
+                && inside([0.9, 0.3], [0.3, 0.9])
+                && inside([0.3, 0.9], [0.1, 0.1]),
+            "{x} {y}"
+        );
+    }
+    assert_eq!(labels(&svg).len(), 8, "{:?}", labels(&svg));
+    assert!(texts(&svg).iter().any(|text| text == "parameters out of sight: 4 of s"), "{:?}", texts(&svg));
+}
+
+/// An arrow on a face of its colour has paper around it; without faces there is nothing to stand out from.
+#[test]
+fn arrows_on_faces_have_a_halo() {
+    let scene_of_sheet = scene_of(sheet(5, |_, _| 0.5).into());
+    let before = scene_of(sheet(5, |_, _| 0.0).into());
+    let mark = |object: &str| Mark {
+        object: object.into(),
+        kind: MarkKind::Moved,
+        position: Point::new(0.0, 0.0, 0.5),
+        before: Point::origin(),
+        vector: None,
+        label: "position at [0.5, 0.123456789]".into(),
+        spot: None,
+        track: None,
+    };
+    let marks = [mark("s")];
+    let picture = Picture::of(&scene_of_sheet).before(&before).draw_before(false).marks(&marks);
+    let svg = picture.view(View::Isometric).faces(Faces::Deviation).drawn();
+    let group = svg.split("class=\"mark moved\"").nth(1).unwrap().split("</g>").next().unwrap();
+    let (halo, arrow) = (group.find("\"halo\"").unwrap(), group.find("\"arrow\"").unwrap());
+    assert!(halo < arrow, "{group}");
+    assert_eq!(labels(&svg), ["position at [0.5, 0.123457]"]);
+    let curve = scene(cubic(1.0));
+    let marks = [mark("c")];
+    let svg = Picture::of(&curve).marks(&marks).drawn();
+    assert!(svg.contains("\"arrow\"") && !svg.contains("\"halo\""));
+}
+
+/// A few points that were found are seen on the lines that meet there: above them, larger than a line is wide, and so in the legend.
+#[test]
+fn a_few_points_stand_above_lines() {
+    let found = |count: usize| {
+        let mut all = scene(cubic(1.0));
+        let points = (0..count).map(|k| Point::new(0.1 * k as f64, 0.5, 0.0)).collect();
+        all.add(Object::new("found", Cloud { points }.into())).unwrap();
+        Picture::of(&all).beads(Beads::Knots).drawn()
+    };
+    let svg = found(3);
+    let at = |id: &str| svg.find(&format!("id=\"{id}\"")).unwrap();
+    assert!(
+        at("points") > at("curves") && at("points") > at("knots") && at("points") > at("control-polygons")
+    );
+    let width = |svg: &str| -> f64 { of_class(svg, "cloud", "stroke-width")[0].parse().unwrap() };
+    assert!(width(&svg) > 1.0 && width(&found(400)) < 1.0 && !found(400).contains("id=\"points\""));
+}
+
+/// What is thinned out is said once for all objects, of as many as there are.
+#[test]
+fn vertices_that_are_left_out_are_told_in_one_sentence() {
+    let mut all = Scene::new();
+    let dense = |y: f64| {
+        // A quarter of the vertices, 100 in all, lie in the last hundredth.
+        let at = |k: usize| Point::new(if k < 25 { k as f64 } else { 24.0 + 1e-3 * k as f64 }, y, 0.0);
+        Curve::new(Space::clamped_uniform(2, 100).unwrap(), (0..100).map(at).collect()).unwrap()
+    };
+    for k in 0..7 {
+        all.add(Object::new(format!("c{k}"), dense(f64::from(k)).into())).unwrap();
+    }
+    let said = |picture: &Picture<'_>| {
+        let words = texts(&picture.drawn()).join(" ");
+        words[words.find("control polygon").unwrap() + 16..].to_owned()
+    };
+    let words = said(&Picture::of(&all));
+    assert!(
+        words.starts_with("control vertices too close to be told apart are left out: drawn are 2"),
+        "{words}"
+    );
+    assert!(words.contains(" of 100 of c0, ") && words.contains(", and so on"), "{words}");
+    assert_eq!(words.matches("too close").count(), 1, "{words}");
+    let panels =
+        ["c0", "c1"].map(|name| Panel::view(View::Top).caption(format!("the {name}")).objects([name]));
+    let words = said(&Picture::of(&all).panels(panels));
+    assert!(words.contains(" of 100 in \"the c0\" of c0, "), "{words}");
+    let words = said(&Picture::of(&scene(dense(0.0))));
+    assert!(words.starts_with("c: ") && words.contains(" of 100 control vertices are drawn"), "{words}");
 }

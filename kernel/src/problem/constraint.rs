@@ -173,7 +173,9 @@ impl Constraint {
             Wanted::AtMost(value) => ("≤", value),
             _ => return self.describe(),
         };
-        let numbers: Vec<String> = value.0.iter().map(f64::to_string).collect();
+        // Of a vector that is narrowed to an axis the other numbers bind nothing.
+        let binding = self.axis.and_then(|axis| value.0.get(axis as usize..=axis as usize));
+        let numbers: Vec<String> = binding.unwrap_or(&value.0).iter().map(f64::to_string).collect();
         let all = numbers.join(", ");
         let bound = if numbers.len() == 1 { all } else { format!("({all})") };
         format!("{} {sign} {bound}", self.describe())
@@ -292,5 +294,21 @@ impl<F: Ask> AxisOf<F> {
     /// The coordinate should be this or less.
     pub fn at_most(self, value: f64) -> Constraint {
         self.functional.at_most(value).axis(self.axis)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::functional::position;
+
+    /// Of a bound on one axis the number of that axis is told, whichever way it is given.
+    #[test]
+    fn a_bound_of_one_axis_is_one_number() {
+        let label = |constraint: Constraint| constraint.label();
+        assert_eq!(label(position(0.5).at_least([0.0, 3.2, 0.0])), "position at 0.5 ≥ (0, 3.2, 0)");
+        let of_vector = position(0.5).at_least([0.0, 3.2, 0.0]).axis(Axis::Y);
+        assert_eq!(label(of_vector), "y of position at 0.5 ≥ 3.2");
+        assert_eq!(label(position(0.5).axis(Axis::Y).at_most(3.2)), "y of position at 0.5 ≤ 3.2");
     }
 }

@@ -184,7 +184,8 @@ pub(crate) fn written(objects: &[Written], notes: &[String]) -> String {
             Fate::Kept => {
                 within.map_or_else(|| "exact".to_owned(), |within| format!("exact, triangles {within}"))
             }
-            Fate::Approximated => within.unwrap_or_else(|| "approximated".to_owned()),
+            // Without a distance it is the same shape, said otherwise.
+            Fate::Approximated => within.unwrap_or_else(|| "in another form".to_owned()),
             Fate::LeftOut => "left out".to_owned(),
         };
         let reason = object.reason.as_ref().map(|r| format!(": {r}")).unwrap_or_default();

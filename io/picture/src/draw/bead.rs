@@ -45,11 +45,8 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, beads: Beads) {
     for &spot in &kept {
         sheet.ink.segment(spot, spot, 6);
     }
-    sheet.caption.note_thinned(
-        body.object.name(),
-        kept.len(),
-        (all, if beads == Beads::Knots { "knots" } else { "beads" }),
-    );
+    let things = if beads == Beads::Knots { "knots" } else { "beads" };
+    sheet.note_thinned(body.object.name(), (kept.len(), all), (all, things));
     let words = match beads {
         Beads::Uniform(count) => format!("{count} beads a knot span, uniform in the parameter"),
         _ => "knot".to_owned(),

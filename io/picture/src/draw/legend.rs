@@ -5,7 +5,7 @@ use loftsman_kernel::scene::Unit;
 use loftsman_kernel::text::figure;
 
 use crate::draw::paint::{self, mapped};
-use crate::draw::{dots, mark};
+use crate::draw::{dots, few, mark};
 use crate::sheet::{Caption, Sample, Stroke};
 use crate::stage::Projection;
 use crate::svg::{Element, length};
@@ -54,9 +54,15 @@ pub(crate) fn draw(caption: &Caption, facts: &Facts<'_>) -> (String, f64) {
     // Entries flow in rows of the width that is left.
     let (start, end) = (margin + room, width - margin);
     let (mut x, mut y) = (start, top + 1.5);
-    for (words, most, beyond) in &caption.scales {
-        out.push_str(&words_at(&text::fitting(words, SIZE, end - x), x, y + 0.35 * SIZE, theme.ink()));
-        out.push_str(&color_bar(theme, (*most, *beyond), BAR.min(end - x), [x, y + ROW]));
+    for scale in &caption.scales {
+        out.push_str(&words_at(
+            &text::fitting(&scale.title(), SIZE, end - x),
+            x,
+            y + 0.35 * SIZE,
+            theme.ink(),
+        ));
+        let ends = (scale.end, scale.is_exceeded());
+        out.push_str(&color_bar(theme, ends, BAR.min(end - x), [x, y + ROW]));
         y += 3.0 * ROW;
     }
     for (sample, words) in &caption.legend {
@@ -70,9 +76,10 @@ pub(crate) fn draw(caption: &Caption, facts: &Facts<'_>) -> (String, f64) {
         x += wide + GAP;
     }
     let mut bottom = y + 1.5;
-    let more = caption.notes.len().saturating_sub(NOTES);
-    let more = (more > 0).then(|| format!("and {more} more of the like"));
-    for note in caption.others().iter().chain(caption.notes.iter().take(NOTES)).chain(&more) {
+    let notes = caption.all_notes();
+    let more = notes.len().saturating_sub(NOTES);
+    let more = (more > 0).then(|| format!("and {more} more notes of this kind"));
+    for note in caption.others().iter().chain(notes.iter().take(NOTES)).chain(&more) {
         for line in text::wrapped(note, SIZE, end - start) {
             bottom += ROW * 0.85;
             out.push_str(&words_at(&text::fitting(&line, SIZE, end - start), start, bottom, theme.faint()));
@@ -167,6 +174,7 @@ fn draw_sample(theme: Theme, sample: Sample, x: f64, y: f64) -> String {
             let spots = [0.25, 0.5, 0.75].map(|t| [x + t * SAMPLE, y]);
             Stroke::plain(color, 0.7).path("sample", dots(&spots)).empty()
         }
+        Sample::Spot(color) => few(theme, color, &[[x + SAMPLE / 2.0, y]], "sample"),
         Sample::Face(color) => Element::new("rect")
             .length("x", x)
             .length("y", y - 1.5)

@@ -38,7 +38,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, labels: bool) {
         );
         sheet.put(Layer::Marks, &group);
         sheet.caption.explain(Sample::Mark(light.mark.kind), label(light.mark.kind));
-        let line = text::clipped(&light.mark.label, 48);
+        let line = text::clipped(&text::rounded(&light.mark.label), 48);
         // Locked vertices are explained by the legend: a label each would say nothing more.
         if !labels || line.is_empty() || light.mark.kind == MarkKind::Locked {
             continue;
@@ -49,7 +49,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, labels: bool) {
             Some(i) if groups[i].lines.len() < 5 => groups[i].lines.push(line),
             None if groups.len() < LABELLED => {
                 let color = sheet.theme.ink();
-                groups.push(Label { anchor: spot, lines: vec![line], color, dispensable: false });
+                groups.push(Label { anchor: spot, lines: vec![line], color, row: None });
             }
             _ => {}
         }
@@ -91,6 +91,9 @@ fn glyph(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>, spot: Spot
         MarkKind::Moved => {
             let from = sheet.spot(&light.before);
             ink_arrow(sheet, from, spot, 6);
+            if sheet.depth.is_some() {
+                out.push_str(&halo(theme, from, spot, 0.45));
+            }
             out.push_str(&arrow(from, spot, theme.accent().hex(), 0.45));
         }
         MarkKind::Direction => {
@@ -99,6 +102,9 @@ fn glyph(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>, spot: Spot
                 let length = within(sheet, spot, direction);
                 let to = [0, 1].map(|i| spot[i] + direction[i] * length);
                 ink_arrow(sheet, spot, to, 5);
+                if sheet.depth.is_some() {
+                    out.push_str(&halo(theme, spot, to, 0.3));
+                }
                 out.push_str(&arrow(spot, to, theme.ink().hex(), 0.3));
             }
         }
@@ -198,32 +204,56 @@ fn unit([x, y]: Spot) -> Option<Spot> {
     norm.is_finite().then(|| [x / norm, y / norm])
 }
 
+/// Paper around an arrow, so that it is seen on faces of its own colour.
+fn halo(theme: Theme, from: Spot, to: Spot, width: f64) -> String {
+    let Some(Arrow { shaft, head }) = Arrow::of(from, to) else { return String::new() };
+    let around = |data: &str, width: f64| {
+        let line = Stroke::plain(theme.paper(), width).path("halo", data.to_owned());
+        line.attribute("stroke-linejoin", "round").empty()
+    };
+    around(&shaft, width + 0.5) + &around(&head, 0.5)
+}
+
 /// An arrow; one too short for its head is a line.
 pub(crate) fn arrow(from: Spot, to: Spot, color: String, width: f64) -> String {
-    let distance = (to[0] - from[0]).hypot(to[1] - from[1]);
-    let Some(along) = unit([to[0] - from[0], to[1] - from[1]]) else { return String::new() };
-    let head = HEAD.min(0.6 * distance);
-    let neck = [0, 1].map(|i| to[i] - along[i] * head);
-    let mut shaft = Path::default();
-    shaft.move_to(from);
-    shaft.line_to(neck);
-    let wing = |side: f64| {
-        let across = [-along[1] * side, along[0] * side];
-        [0, 1].map(|i| neck[i] - along[i] * 0.12 * head + across[i] * 0.36 * head)
-    };
-    let mut triangle = Path::default();
-    for spot in [to, wing(1.0), neck, wing(-1.0)] {
-        triangle.line_to(spot);
-    }
-    triangle.close();
+    let Some(Arrow { shaft, head }) = Arrow::of(from, to) else { return String::new() };
     let shaft = Element::new("path")
         .attribute("class", "arrow")
-        .attribute("d", &shaft.finish())
+        .attribute("d", &shaft)
         .attribute("fill", "none")
         .attribute("stroke", &color)
         .length("stroke-width", width);
-    let triangle = Element::new("path").attribute("d", &triangle.finish()).attribute("fill", &color);
+    let triangle = Element::new("path").attribute("d", &head).attribute("fill", &color);
     shaft.empty() + &triangle.empty()
+}
+
+/// The paths of an arrow.
+struct Arrow {
+    shaft: String,
+    head: String,
+}
+
+impl Arrow {
+    /// One that leads somewhere.
+    fn of(from: Spot, to: Spot) -> Option<Self> {
+        let distance = (to[0] - from[0]).hypot(to[1] - from[1]);
+        let along = unit([to[0] - from[0], to[1] - from[1]])?;
+        let head = HEAD.min(0.6 * distance);
+        let neck = [0, 1].map(|i| to[i] - along[i] * head);
+        let mut shaft = Path::default();
+        shaft.move_to(from);
+        shaft.line_to(neck);
+        let wing = |side: f64| {
+            let across = [-along[1] * side, along[0] * side];
+            [0, 1].map(|i| neck[i] - along[i] * 0.12 * head + across[i] * 0.36 * head)
+        };
+        let mut triangle = Path::default();
+        for spot in [to, wing(1.0), neck, wing(-1.0)] {
+            triangle.line_to(spot);
+        }
+        triangle.close();
+        Some(Self { shaft: shaft.finish(), head: triangle.finish() })
+    }
 }
 
 /// An arc of the osculating circle about the mark, seen as the view sees it. The mark's vector is the curvature

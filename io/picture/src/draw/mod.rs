@@ -22,12 +22,13 @@ use loftsman_kernel::scene::Unit;
 use crate::choices::Choices;
 use crate::error::PictureError;
 use crate::layout::Rect;
+use crate::path::Spot;
 use crate::sheet::{Layer, Sample, Sheet, Stroke, spread};
 use crate::stage::body::{Body, Form};
 use crate::stage::{Ghost, Stage};
 use crate::svg::Element;
 use crate::text;
-use crate::theme::Color;
+use crate::theme::{Color, Theme};
 use crate::view::Lens;
 use comb::Combing;
 use paint::Painting;
@@ -216,11 +217,24 @@ fn object(
             let path = sheet.chain(points, *closed, 4);
             (thin.path("polyline", path.finish()), Sample::Line(thin))
         }
+        Form::Cloud(points) if !old && points.len() <= FEW => {
+            let seen: Vec<Spot> =
+                points.iter().filter(|p| !sheet.hides(p)).map(|p| sheet.layout.spot(p)).collect();
+            for [x, y] in &seen {
+                sheet.ink.segment([x - 1.0, *y], [x + 1.0, *y], 8);
+                sheet.ink.segment([*x, y - 1.0], [*x, y + 1.0], 8);
+            }
+            let name = Element::new("title").text(body.object.name());
+            let group = Element::new("g").around(&(name + &few(sheet.theme, color, &seen, "cloud")));
+            named(sheet, body, old, Sample::Spot(color));
+            sheet.put(Layer::Points, &group);
+            return;
+        }
         Form::Cloud(points) => {
             let seen: Vec<Vector> = points.iter().filter(|p| !sheet.hides(p)).copied().collect();
             let kept = spread(seen.iter().map(|p| sheet.layout.spot(p)), 0.25, 20_000);
             kept.iter().for_each(|&spot| sheet.ink.segment(spot, spot, 2));
-            sheet.caption.note_thinned(body.object.name(), kept.len(), (seen.len(), "points"));
+            sheet.note_thinned(body.object.name(), (kept.len(), seen.len()), (points.len(), "points"));
             let element = Stroke::plain(color, 0.7).path("cloud", dots(&kept));
             if !old {
                 named(sheet, body, old, Sample::Dot(color));
@@ -240,7 +254,8 @@ fn object(
                 Some(data) => (thin.path("mesh", data), Sample::Line(thin)),
                 None => {
                     let kept = spread(points.iter().map(|p| sheet.layout.spot(p)), 0.4, 20_000);
-                    sheet.caption.note_thinned(body.object.name(), kept.len(), (points.len(), "points"));
+                    let all = points.len();
+                    sheet.note_thinned(body.object.name(), (kept.len(), all), (all, "points"));
                     (Stroke::plain(color, 0.3).path("mesh", dots(&kept)), Sample::Dot(color))
                 }
             }
@@ -344,6 +359,18 @@ pub(crate) fn named(sheet: &mut Sheet, body: &Body<'_>, old: bool, sample: Sampl
     } else if !old {
         sheet.caption.leave_unnamed(sample, &text::clipped(body.object.name(), 40));
     }
+}
+
+/// So many loose points of an object, and no more, are drawn above lines and larger than the dots of a cloud: what was found where things
+/// meet is looked for.
+const FEW: usize = 24;
+
+/// A few points that are to be seen, with paper around each.
+fn few(theme: Theme, color: Color, spots: &[Spot], class: &str) -> String {
+    let data = dots(spots);
+    Stroke::plain(theme.paper(), 2.3).path("halo", data.clone()).empty()
+        + &Stroke::plain(color, 1.6).path(class, data.clone()).empty()
+        + &Stroke::plain(theme.paper(), 0.45).path("point-holes", data).empty()
 }
 
 /// Path data of dots: segments too short to see, whose round caps are the dots.

@@ -56,7 +56,7 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
     let pale = Stroke { color: tone.mixed(theme.paper(), 0.55), ..stroke };
     let (front, back): (Vec<Vector>, Vec<Vector>) = points.iter().partition(|p| !sheet.hides(p));
     // Those that are one behind the other in this view are one.
-    let all = spread(points.iter().map(|p| sheet.layout.spot(p)), 0.05, usize::MAX).len();
+    let apart = spread(points.iter().map(|p| sheet.layout.spot(p)), 0.05, usize::MAX).len();
     let spots = |points: &[Vector], most: usize| {
         spread(points.iter().map(|p| sheet.layout.spot(p)), SIDE * 0.75, most)
     };
@@ -77,7 +77,7 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>, old: bool) {
         }
     }
     let shown = kept.len() + through.len();
-    sheet.caption.note_thinned(body.object.name(), shown, (all, "control vertices"));
+    sheet.note_thinned(body.object.name(), (shown, apart), (points.len(), "control vertices"));
     if !old {
         let what = match body.form {
             _ if !body.edges.is_empty() => "control cage",

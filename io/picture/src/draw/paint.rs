@@ -186,8 +186,7 @@ impl Painting {
             }
             _ => format!("{title} in {of}"),
         };
-        let beyond = self.bodies.iter().flat_map(|b| &b.values).any(|v| v.abs() > self.end * (1.0 + 1e-6));
-        caption.scale(title, self.end, beyond);
+        caption.scale(title, self.end, range);
     }
 
     /// The colour of a value.

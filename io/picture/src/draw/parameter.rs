@@ -1,72 +1,203 @@
-//! Parameters: where on a curve `u = 0.4` is, and on a surface `u` and `v` along two of its edges.
+//! Parameters: where on a curve `u = 0.4` is, and on a surface the lines of equal `u` and `v`.
 
 use loftsman_kernel::Vector;
+use loftsman_kernel::plugin::Splines;
 use loftsman_kernel::scene::Geometry;
+use loftsman_kernel::spline::Surface;
 
 use crate::draw::{color, dots};
-use crate::labels::Label;
+use crate::labels::{Label, ONE, Room, Row, ranks};
 use crate::path::Spot;
 use crate::sheet::{Layer, Sheet, Stroke};
 use crate::stage::body::{Body, Form};
+use crate::stage::piece::Piece;
+use crate::stage::trim::{Mask, Trim};
 use crate::text;
+use crate::theme::Color;
 
-/// About so many places of a curve have their parameter, and of an edge of a surface.
+/// About so many places of a curve have their parameter, and of each direction of a surface.
 const ON_CURVE: usize = 10;
 const ON_EDGE: usize = 5;
 
-/// Places nearer than this on the page are one, in millimetres.
-const ONE: f64 = 0.6;
+/// The parameters of one direction of a surface stand along one of so many lines across it, its two borders among them.
+const LINES: usize = 33;
+
+/// With so many labels on a page nobody looks for room for more.
+const CROWDED: usize = 500;
+
+/// What has its parameter: the place, the name of the parameter, its value, and how far down its row it is.
+struct Named {
+    place: Vector,
+    name: &'static str,
+    value: String,
+    rank: u32,
+}
 
 /// Writes the parameters of a curve or surface.
 pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>) {
-    let mut all: Vec<(Vector, &str, String)> = Vec::new();
-    match (&body.form, body.object.geometry()) {
-        (Form::Curve { pieces, .. }, Geometry::Curve(curve)) => {
-            let breaks = curve.space().breakpoints();
-            for u in even(curve.domain(), ON_CURVE) {
-                // The span that holds it; the last one its end, too.
-                let span = breaks.partition_point(|&knot| knot <= u).clamp(1, pieces.len().max(1)) - 1;
-                let (Some(piece), Some(ends)) = (pieces.get(span), breaks.get(span..span + 2)) else {
-                    continue;
-                };
-                let share = ((u - ends[0]) / (ends[1] - ends[0])).clamp(0.0, 1.0);
-                all.push((piece.point(share), "", text::number(u)));
+    let ink = color(sheet, body, false).mixed(sheet.theme.ink(), 0.5);
+    let object = text::clipped(body.object.name(), 30);
+    let mut hidden = 0;
+    let mut all: Vec<Named> = Vec::new();
+    match &body.form {
+        Form::Curve { pieces, .. } => {
+            let Some(breaks) = breaks(body.object.geometry()) else { return };
+            for named in on_curve(pieces, &breaks) {
+                if sheet.hides(&named.place) {
+                    hidden += 1;
+                } else {
+                    all.push(named);
+                }
             }
         }
-        (Form::Surface { surface, .. }, _) => {
-            let (us, vs) = (surface.u().domain(), surface.v().domain());
-            let at = |u: f64, v: f64| surface.point(u, v).ok().map(|p| p.coords);
-            all.extend(even(us, ON_EDGE).filter_map(|u| Some((at(u, vs.0)?, "u ", text::number(u)))));
-            all.extend(even(vs, ON_EDGE).filter_map(|v| Some((at(us.0, v)?, "v ", text::number(v)))));
+        Form::Surface { surface, trim, .. } => {
+            let mask = trim.as_ref().map(|trim: &Trim| Mask::new(trim, surface));
+            for along in [Along::U, Along::V] {
+                let (found, out_of_sight) = on_surface(sheet, (surface, mask.as_ref()), along, ink);
+                all.extend(found);
+                hidden += out_of_sight;
+            }
+        }
+        Form::Solid { .. } => {
+            let words = "its faces have parameters each, which are not drawn: point at a place by `closest`";
+            sheet.caption.note(format!("{object}: {words}"));
+            return;
         }
         _ => return,
     }
-    all.retain(|(place, ..)| !sheet.hides(place));
-    let ink = color(sheet, body, false).mixed(sheet.theme.ink(), 0.5);
-    let spots: Vec<_> = all.iter().map(|(place, ..)| sheet.spot(place)).collect();
+    sheet.note_behind(&object, hidden);
+    let spots: Vec<_> = all.iter().map(|named| sheet.spot(&named.place)).collect();
     sheet.put(Layer::Beads, &Stroke::plain(ink, 0.9).path("parameters", dots(&spots)).empty());
     // Where a shape is closed or comes to a point several places are one, which has one label.
-    let mut places: Vec<(Spot, Vec<(&str, String)>)> = Vec::new();
-    for (spot, (_, name, number)) in spots.into_iter().zip(all) {
+    let mut places: Vec<(Spot, Vec<Named>)> = Vec::new();
+    for (spot, named) in spots.into_iter().zip(all) {
         sheet.ink.segment(spot, spot, 6);
         let same = |(at, _): &&mut (Spot, _)| (at[0] - spot[0]).hypot(at[1] - spot[1]) < ONE;
         match places.iter_mut().find(same) {
-            Some((_, said)) => said.push((name, number)),
-            None => places.push((spot, vec![(name, number)])),
+            Some((_, said)) => said.push(named),
+            None => places.push((spot, vec![named])),
         }
     }
     for (anchor, said) in places {
-        let lines = vec![words(&said)];
-        sheet.labels.push(Label { anchor, lines, color: ink, dispensable: true });
+        let rank = said.iter().map(|named| named.rank).min().unwrap_or_default();
+        let row = Some(Row { rank, object: object.clone() });
+        sheet.labels.push(Label { anchor, lines: vec![words(&said)], color: ink, row });
     }
 }
 
+/// The parameters at which the pieces of a curve begin and end.
+fn breaks(geometry: &Geometry) -> Option<Vec<f64>> {
+    match geometry {
+        Geometry::Curve(curve) => Some(curve.space().breakpoints()),
+        Geometry::Custom(custom) => match custom.splines() {
+            Some(Splines::Curves(curves)) => curves.first().map(|curve| curve.space().breakpoints()),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+/// Round parameters of a curve and where they are.
+fn on_curve(pieces: &[Piece], breaks: &[f64]) -> Vec<Named> {
+    let (Some(&start), Some(&end)) = (breaks.first(), breaks.last()) else { return Vec::new() };
+    let values: Vec<f64> = even((start, end), ON_CURVE).collect();
+    let ranks = ranks(values.len());
+    let at = |(u, rank): (f64, u32)| {
+        // The span that holds it; the last one its end, too.
+        let span = breaks.partition_point(|&knot| knot <= u).clamp(1, pieces.len().max(1)) - 1;
+        let (piece, ends) = pieces.get(span).zip(breaks.get(span..span + 2))?;
+        let share = ((u - ends[0]) / (ends[1] - ends[0])).clamp(0.0, 1.0);
+        Some(Named { place: piece.point(share), name: "", value: text::parameter(u), rank })
+    };
+    values.into_iter().zip(ranks).filter_map(at).collect()
+}
+
+/// The direction whose parameters are written.
+#[derive(Clone, Copy, PartialEq)]
+enum Along {
+    U,
+    V,
+}
+
+/// Round parameters of one direction of a surface, along that line across it where most of them are seen, and most of these have room for
+/// their numbers; one that is not, or has none there, stands where its own line of equal parameter is seen and has room, as near as can be.
+/// And how many are seen nowhere.
+fn on_surface(
+    sheet: &Sheet,
+    (surface, mask): (&Surface, Option<&Mask>),
+    along: Along,
+    color: Color,
+) -> (Vec<Named>, usize) {
+    let (own, other) = match along {
+        Along::U => (surface.u().domain(), surface.v().domain()),
+        Along::V => (surface.v().domain(), surface.u().domain()),
+    };
+    let name = if along == Along::U { "u " } else { "v " };
+    let values: Vec<f64> = even(own, ON_EDGE).collect();
+    let ranks = ranks(values.len());
+    let across: Vec<f64> = (0..LINES)
+        .map(|i| match i {
+            0 => other.0,
+            _ if i + 1 == LINES => other.1,
+            _ => other.0 + (other.1 - other.0) * (i as f64 / (LINES - 1) as f64),
+        })
+        .collect();
+    let seen = |own: f64, other: f64| {
+        let at = if along == Along::U { [own, other] } else { [other, own] };
+        let place = surface.point(at[0], at[1]).ok().map(|p| p.coords)?;
+        (mask.is_none_or(|mask| mask.has(at)) && !sheet.hides(&place)).then_some(place)
+    };
+    let places: Vec<Vec<Option<Vector>>> =
+        values.iter().map(|&own| across.iter().map(|&other| seen(own, other)).collect()).collect();
+    let room = Room::on(&sheet.ink);
+    // How far off each number would have to stand, where it has a place.
+    let crowded = sheet.labels.len() > CROWDED;
+    let distance = |place: &Vector, (value, rank): (f64, u32)| {
+        if crowded {
+            return None;
+        }
+        let row = Some(Row { rank, object: String::new() });
+        let lines = vec![format!("{name}{}", text::parameter(value))];
+        room.near(&Label { anchor: sheet.spot(place), lines, color, row })
+    };
+    let near: Vec<Vec<Option<f64>>> = places
+        .iter()
+        .zip(values.iter().copied().zip(ranks.iter().copied()))
+        .map(|(places, number)| places.iter().map(|place| distance(place.as_ref()?, number)).collect())
+        .collect();
+    // How well the numbers can be read along a line.
+    let worth = |line: usize| -> f64 {
+        let one = |(places, near): (&Vec<Option<Vector>>, &Vec<Option<f64>>)| match (places[line], near[line])
+        {
+            (None, _) => 0.0,
+            (_, None) => 1.0,
+            (_, Some(distance)) => 2.0 - 0.05 * distance,
+        };
+        // A border is known without a line that is drawn, so that it wins where little speaks against it.
+        let border = if line == 0 || line + 1 == LINES { 1.1 } else { 1.0 };
+        border * places.iter().zip(&near).map(one).sum::<f64>()
+    };
+    let best = (0..LINES).map(|line| (worth(line), line));
+    let (_, best) = best.fold((0.0, 0), |best, one| if one.0 > best.0 { one } else { best });
+    let (mut found, mut hidden) = (Vec::new(), 0);
+    for (((value, places), near), rank) in values.into_iter().zip(&places).zip(&near).zip(ranks) {
+        let by_distance = |line: &usize| line.abs_diff(best);
+        let with_room = (0..LINES).filter(|&line| near[line].is_some()).min_by_key(by_distance);
+        let seen = (0..LINES).filter(|&line| places[line].is_some()).min_by_key(by_distance);
+        match with_room.or(seen).and_then(|line| places[line]) {
+            Some(place) => found.push(Named { place, name, value: text::parameter(value), rank }),
+            None => hidden += 1,
+        }
+    }
+    (found, hidden)
+}
+
 /// The parameters of one place: `0.4`, `u 0 and 6.28`, `u 0 to 6.28, v 1`.
-fn words(said: &[(&str, String)]) -> String {
+fn words(said: &[Named]) -> String {
     let mut parts: Vec<String> = Vec::new();
     for name in ["", "u ", "v "] {
         let mut numbers: Vec<&str> =
-            said.iter().filter(|(n, _)| *n == name).map(|(_, number)| number.as_str()).collect();
+            said.iter().filter(|named| named.name == name).map(|named| named.value.as_str()).collect();
         numbers.dedup();
         match numbers[..] {
             [] => {}
@@ -97,9 +228,13 @@ mod tests {
 
     #[test]
     fn one_place_has_one_label() {
-        let said = |list: &[(&'static str, &str)]| {
-            words(&list.iter().map(|(name, number)| (*name, (*number).to_owned())).collect::<Vec<_>>())
+        let named = |&(name, value): &(&'static str, &str)| Named {
+            place: Vector::zeros(),
+            name,
+            value: value.to_owned(),
+            rank: 0,
         };
+        let said = |list: &[(&'static str, &str)]| words(&list.iter().map(named).collect::<Vec<_>>());
         assert_eq!(said(&[("", "0.4")]), "0.4");
         assert_eq!(said(&[("u ", "0"), ("v ", "0"), ("u ", "6.28")]), "u 0 and 6.28, v 0");
         assert_eq!(said(&[("v ", "0"), ("u ", "0"), ("u ", "2"), ("u ", "4")]), "u 0 to 4, v 0");
