@@ -138,6 +138,18 @@ pub enum DynamicsError {
         /// Whether the step was implicit.
         implicit: bool,
     },
+    /// There is no place any more that does what is only followed.
+    #[error(
+        "{constraint:?} has no place on its shape any more after {} s: it asks for no more numbers than its place has parameters, so that it is followed and nothing holds it, and here \
+         two such places meet and vanish; scheme \"epsilon\" holds the last one there is, a place that stays (`at`) holds what it asks for, or end it sooner (`until`)",
+        figure(*.time)
+    )]
+    Vanishes {
+        /// What is followed.
+        constraint: String,
+        /// When.
+        time: f64,
+    },
     /// Energy came from nowhere.
     #[error(
         "the simulation blows up after {} s, in a step of {} s: nothing was put in, and energy rose by {} % of what moved and was stretched; steps up to {} s are stable, but what holds it drifts in them \

@@ -6,10 +6,10 @@ mod common;
 
 use std::sync::Arc;
 
-use loftsman_dynamics::{Body, Path, Scheme, Setup, Simulation, fixed, holds};
+use loftsman_dynamics::{Body, DynamicsError, Path, Scheme, Setup, Simulation, fixed, holds, sliding};
 use loftsman_kernel::functional::{near, normal, orthogonal, tangent};
 use loftsman_kernel::shape::{Derivative, Location};
-use loftsman_kernel::spline::{Space, Surface};
+use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 
 use common::line;
@@ -170,4 +170,45 @@ fn where_a_sheet_is_level_is_followed() {
     assert!(simulation.force_of(held).unwrap().iter().all(|force| force.abs() < 1e-7));
     let Location::Surface(u, v) = at else { panic!("a surface") };
     assert!((v - 0.5 * end).abs() < 1e-4 * end && u < 0.45 * end, "{u} {v}");
+}
+
+/// Where what is only followed vanishes, an error says what and when; with a small mass (`Epsilon`) it holds the last place that there is, and there goes on being one.
+#[test]
+fn what_is_followed_and_vanishes_is_told() {
+    let arch = |scheme: Scheme, near: f64, weight: f64| {
+        let points = (0..9).map(|i| {
+            let x = f64::from(i) / 2.0 - 2.0;
+            Point::new(x, 0.0, 1.0 - x * x / 4.0)
+        });
+        let rope = Curve::new(Space::clamped_uniform(3, 9).unwrap(), points.collect()).unwrap();
+        Setup::new(Body::new(&rope).mass(0.2).stiffness(100.0).damping(1.0))
+            .gravity([0.0, 0.0, -weight])
+            .hold(fixed(0.0))
+            .hold(fixed(6.0))
+            .hold(sliding(near).axes([false, false, true]))
+            .scheme(scheme)
+            .prepare()
+            .unwrap()
+    };
+    for near in [1.2, 2.5] {
+        for scheme in [Scheme::Exact, Scheme::Implicit] {
+            let mut simulation = arch(scheme, near, 9.81);
+            let error = (0..48).find_map(|_| simulation.advance(1.0 / 24.0).err()).unwrap();
+            assert!(matches!(error, DynamicsError::Vanishes { .. }), "{scheme:?} {near}: {error}");
+            let text = error.to_string();
+            assert!(text.contains("sliding near") && text.contains("epsilon"), "{text}");
+            // Without weight it stays where it is.
+            let mut still = arch(scheme, near, 0.0);
+            advance(&mut still, 24);
+            assert!((place(&still, 2) - near).abs() < 1e-6, "{scheme:?} {near}");
+        }
+        let mut held = arch(Scheme::Epsilon, near, 9.81);
+        let height = held.shape(0).unwrap().value(near.into(), Derivative::POSITION).unwrap().z;
+        advance(&mut held, 48);
+        let shape = held.shape(0).unwrap();
+        let highest = (0..=600)
+            .map(|k| shape.value((0.01 * f64::from(k)).into(), Derivative::POSITION).unwrap().z)
+            .fold(f64::NEG_INFINITY, f64::max);
+        assert!(held.holds(2).unwrap() && highest > height - 1e-5, "{near}: {highest} {height}");
+    }
 }

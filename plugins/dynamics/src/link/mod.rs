@@ -1,6 +1,7 @@
 //! A constraint while it is held: its rows, what it misses, and how that is drawn to nothing.
 
 mod curving;
+mod followed;
 mod rows;
 mod slides;
 
@@ -75,6 +76,9 @@ pub(crate) struct Link {
     offset: Vec<[f64; 2]>,
     /// How much it misses now, without what it is let miss.
     pub(crate) error: f64,
+    /// Of what is only followed: what it asks for changes so much along the shape where that is steepest; and where it was last, with its sign.
+    steep: Option<f64>,
+    last_steep: f64,
 }
 
 #[derive(Debug)]
@@ -167,9 +171,12 @@ impl Link {
             multipliers: Vec::new(),
             offset: Vec::new(),
             error: 0.0,
+            steep: None,
+            last_steep: 0.0,
         };
         link.settle_targets(shapes)?;
         link.look_for_corners(shapes)?;
+        link.steep = link.steepest(shapes)?;
         Ok(link)
     }
 

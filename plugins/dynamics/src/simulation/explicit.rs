@@ -1,7 +1,8 @@
 //! Leapfrog steps: velocities half a step behind places, so that both are of second order; constraints stabilised after Baumgarte.
 
-use super::Simulation;
-use crate::error::Result;
+use super::{Simulation, shapes};
+use crate::error::{DynamicsError, Result};
+use crate::scheme::Scheme;
 
 /// The time constant of Baumgarte's terms, in steps: they are stable up to 1.2 and drift no more.
 const STEADY: f64 = 2.0;
@@ -83,6 +84,7 @@ impl Simulation {
         self.rates.extend(held.flat_map(|link| &link.rates));
         self.desk = desk;
         collected?;
+        self.look_for_vanished()?;
         self.gather_forces();
         self.gap_rates.clear();
         self.gap_rates.resize(self.space.equations(), 0.0);
@@ -100,6 +102,20 @@ impl Simulation {
             let count = link.rates.len();
             link.accelerations.copy_from_slice(&self.rates[parameter..parameter + count]);
             parameter += count;
+        }
+        Ok(())
+    }
+
+    /// What is only followed and has no mass must be somewhere.
+    fn look_for_vanished(&mut self) -> Result<()> {
+        if self.scheme == Scheme::Epsilon {
+            return Ok(());
+        }
+        let shapes = shapes(&self.bodies);
+        for link in self.links.iter_mut().filter(|link| link.is_held() && !link.slides.is_empty()) {
+            if link.vanishes(&shapes)? {
+                return Err(DynamicsError::Vanishes { constraint: link.name.clone(), time: self.time });
+            }
         }
         Ok(())
     }

@@ -7,7 +7,7 @@
 use loftsman_kernel::Point;
 use loftsman_kernel::solve::{EnvelopeCholesky, RangeSpace, Weight};
 
-use super::{Moving, Simulation};
+use super::{Moving, Simulation, shapes};
 use crate::error::{DynamicsError, Result};
 use crate::link::{Link, Phase};
 use crate::stiffness::{Part, Room};
@@ -120,6 +120,14 @@ impl Simulation {
                 Ok(false) if self.settling => done = Err(DynamicsError::NoRest),
                 Ok(false) => {
                     let stable = self.stable_step();
+                    let shapes = shapes(&self.bodies);
+                    let held = self.links.iter().filter(|link| link.is_held() && !link.slides.is_empty());
+                    let vanished = held.filter(|link| link.is_vanishing(&shapes).unwrap_or(false)).next();
+                    if let Some(link) = vanished {
+                        done =
+                            Err(DynamicsError::Vanishes { constraint: link.name.clone(), time: self.time });
+                        continue;
+                    }
                     done = Err(DynamicsError::BlowsUp { time: self.time, step: own, stable, implicit: true });
                 }
                 Err(error) => done = Err(error),
