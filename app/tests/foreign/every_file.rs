@@ -156,6 +156,30 @@ fn one_pass_reaches_a_fixed_point() {
     assert!(done >= 75, "{done}");
 }
 
+/// So it is with what we wrote ourselves in other units and axes than glTF's, which we note and read again: solids of CAD files, and meshes with smooth normals.
+#[test]
+fn our_own_files_reach_a_fixed_point_in_any_unit_and_axes() {
+    let small = |path: &PathBuf| std::fs::metadata(path).unwrap().len() < 120_000;
+    let inputs: Vec<PathBuf> =
+        ["step", "iges", "obj"].iter().flat_map(|group| files(group, false)).filter(small).collect();
+    let mut done = 0;
+    for (k, input) in inputs.iter().enumerate() {
+        let folder = tempfile::tempdir().unwrap();
+        let paths = ["0.glb", "1.glb", "2.glb"].map(|name| folder.path().join(name));
+        let [first, once, twice] = paths.each_ref().map(|path| text(path));
+        let unit = ["mm", "inch", "m"][k % 3];
+        if LOFTSMAN.run(folder.path(), &["convert", &text(input), &first, "--unit", unit]).code != Some(0) {
+            continue;
+        }
+        LOFTSMAN.done(folder.path(), &["convert", &first, &once]);
+        LOFTSMAN.done(folder.path(), &["convert", &once, &twice]);
+        let [once, twice] = [&paths[1], &paths[2]].map(|path| std::fs::read(path).unwrap());
+        assert!(once == twice, "{} in {unit}", input.display());
+        done += 1;
+    }
+    assert!(done >= 40, "{done} of {}", inputs.len());
+}
+
 #[test]
 fn what_gltf_holds_comes_back() {
     let inputs = files("gltf", false);

@@ -118,13 +118,15 @@ fn transform_mesh(mesh: &Mesh, points: Vec<Point>, map: &Matrix4<f64>) -> Result
     let (x, y, z) = (a.column(0), a.column(1), a.column(2));
     let cofactors = Matrix3::from_columns(&[y.cross(&z), z.cross(&x), x.cross(&y)]);
     let sign = if mirrors { -1.0 } else { 1.0 };
+    // Where axes change their places and all have one scale, directions keep their numbers: brought to length 1 again and again they would wander by rounding.
+    let keeps = a.iter().all(|x| [-1.0, 0.0, 1.0].contains(x))
+        && a.column_iter().all(|column| column.abs().sum() == 1.0);
+    let direction = |turned: Vector| if keeps { turned } else { turned.try_normalize(0.0).unwrap_or(turned) };
     for n in moved.normals.values_mut() {
-        let turned: Vector = cofactors * *n * sign;
-        *n = turned.try_normalize(0.0).unwrap_or(turned);
+        *n = direction(cofactors * *n * sign);
     }
     for t in moved.tangents.values_mut() {
-        let turned: Vector = a * Vector::new(t[0], t[1], t[2]);
-        let unit = turned.try_normalize(0.0).unwrap_or(turned);
+        let unit = direction(a * Vector::new(t[0], t[1], t[2]));
         // n × t turns round under a mirror, and the bitangent does not.
         *t = [unit.x, unit.y, unit.z, t[3] * sign];
     }
@@ -334,6 +336,29 @@ mod tests {
         let expected = Point::new(before.x, before.z, -before.y) / 1000.0;
         assert!((place(&turned) - expected).norm() < 1e-15);
         assert!(matches!(scene.converted(Unit::Millimetre, Up::Z).unwrap(), Cow::Borrowed(_)));
+    }
+
+    /// Directions of single precision, none of which has a length of exactly 1, come back as they were from another unit and other axes.
+    #[test]
+    fn directions_keep_their_numbers_where_axes_change() {
+        let points = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| Point::new(x, y, 0.0)).to_vec();
+        let mut mesh = Mesh::new(points, &[[0, 1, 2]]).unwrap();
+        let rounded = |t: f64| {
+            let n = Vector::new(t.sin() * 0.3, t.cos() * 0.9, (1.7 * t).sin()).normalize();
+            n.map(|x| f64::from(x as f32))
+        };
+        let all: Vec<Vector> = [0.1, 0.7, 2.3].map(rounded).to_vec();
+        mesh.normals = Layer::per_point(all.clone());
+        mesh.tangents = Layer::per_point(all.iter().map(|n| [n.y, n.z, n.x, 1.0]).collect());
+        let own = Geometry::Mesh(mesh.clone());
+        for from in [(Unit::Millimetre, Up::Z), (Unit::Inch, Up::Y), (Unit::Metre, Up::Z)] {
+            let there = Change::between(from, (Unit::Metre, Up::Y));
+            let back = Change::between((Unit::Metre, Up::Y), from);
+            let moved = own.transformed(&there.map()).unwrap().transformed(&back.map()).unwrap();
+            let Geometry::Mesh(moved) = moved else { unreachable!() };
+            assert_eq!(moved.normals, mesh.normals, "{from:?}");
+            assert_eq!(moved.tangents, mesh.tangents, "{from:?}");
+        }
     }
 
     #[test]
