@@ -88,7 +88,11 @@ impl Before {
                 None if matches!(**after, Geometry::Group | Geometry::Instance(_)) => {}
                 // Copied, or under another name.
                 None if known_before.contains(&Arc::as_ptr(after)) => {}
-                before => report.objects.push(change(object.name(), before, Some(after), known)),
+                before => {
+                    let change = change(object.name(), before, Some(after), known);
+                    report.warnings.extend(collapsed(&change));
+                    report.objects.push(change);
+                }
             }
         }
         let mut gone: Vec<_> = self.0.iter().filter(|(name, _)| scene.get(name).is_none()).collect();
@@ -105,6 +109,28 @@ impl Before {
         let there: HashSet<usize> = scene.objects().iter().map(|object| object.geometry_id()).collect();
         known.0.retain(|id, _| there.contains(id));
     }
+}
+
+/// Of its length or area no more than this share is left of what has collapsed.
+const COLLAPSED: f64 = 1e-9;
+
+/// That nothing is left of an object but a point or a line.
+fn collapsed(change: &ObjectChange) -> Option<String> {
+    let gone = |measured: Measured| {
+        measured
+            .before
+            .zip(measured.after)
+            .is_some_and(|(before, after)| after.abs() <= COLLAPSED * before.abs() && before != 0.0)
+    };
+    let left = match (gone(change.length), gone(change.area)) {
+        (true, _) => "a point",
+        (_, true) => "a line or a point",
+        _ => return None,
+    };
+    Some(format!(
+        "{:?} has shrunk to {left}, which also meets what is asked: keep something of its size as well (`length`, `area`, its ends)",
+        change.name
+    ))
 }
 
 /// What the points are called that an object was fitted to.
@@ -140,15 +166,16 @@ fn change(
     }
 }
 
-/// The largest distance from places of the new shape to the old shape: for curves and surfaces to the nearest point of it,
-/// for points to the point of the same number. `None` where the two are of different kinds, or a search would take long.
+/// The largest distance between places of the new shape and the old shape: for curves and surfaces from each to the nearest point of the other (of what has another
+/// domain, as a part, from the new one only), for points to the point of the same number. `None` where the two are of different kinds, or a search would take long.
 fn deviation(before: &Geometry, after: &Geometry) -> Option<f64> {
     match (before, after) {
-        (Geometry::Curve(before), Geometry::Curve(after)) => of_curves(before, after),
-        (Geometry::Surface(before), Geometry::Surface(after)) => of_surfaces(before, after),
-        (Geometry::Trimmed(before), Geometry::Trimmed(after)) => {
-            of_surfaces(before.surface(), after.surface())
+        (Geometry::Curve(before), Geometry::Curve(after)) => {
+            let whole = before.space().domain() == after.space().domain();
+            both(before, after, whole, of_curves)
         }
+        (Geometry::Surface(before), Geometry::Surface(after)) => between(before, after),
+        (Geometry::Trimmed(before), Geometry::Trimmed(after)) => between(before.surface(), after.surface()),
         (Geometry::Custom(_), _) | (_, Geometry::Custom(_)) => None,
         (before, after) if before.kind() == after.kind() => {
             let (before, after) = (before.points(), after.points());
@@ -157,6 +184,17 @@ fn deviation(before: &Geometry, after: &Geometry) -> Option<f64> {
         }
         _ => None,
     }
+}
+
+fn between(before: &Surface, after: &Surface) -> Option<f64> {
+    let domains = [before, after].map(|surface| [surface.u().domain(), surface.v().domain()]);
+    both(before, after, domains[0] == domains[1], of_surfaces)
+}
+
+/// One way, or both ways.
+fn both<S>(before: &S, after: &S, whole: bool, one: fn(&S, &S) -> Option<f64>) -> Option<f64> {
+    let there = one(before, after)?;
+    Some(if whole { there.max(one(after, before)?) } else { there })
 }
 
 fn of_curves(before: &Curve, after: &Curve) -> Option<f64> {
@@ -232,6 +270,36 @@ mod tests {
         let mut report = StepReport::default();
         Before::of(before).tell(after, &mut Known::default(), &mut report);
         report
+    }
+
+    /// A line of 7 that has shrunk to the point where it starts is 7 off the old one: what is far from the new shape counts, too; and it is warned of.
+    #[test]
+    fn what_has_collapsed_is_warned_of() {
+        let line = |end: f64| {
+            let points = [0.0, end].map(|x| Point::new(x, 0.0, 0.0)).to_vec();
+            let mut scene = Scene::new();
+            scene
+                .add(Object::new(
+                    "line",
+                    Curve::new(Space::clamped_uniform(1, 2).unwrap(), points).unwrap().into(),
+                ))
+                .unwrap();
+            scene
+        };
+        for (end, collapses) in [(1e-12, true), (1.0, false)] {
+            let report = told(&line(7.0), &line(end));
+            assert_eq!(report.warnings.len(), usize::from(collapses), "{:?}", report.warnings);
+            assert!(
+                report.warnings.iter().all(|w| w.starts_with("\"line\" has shrunk to a point")),
+                "{:?}",
+                report.warnings
+            );
+            assert!(
+                (report.objects[0].deviation.unwrap() - (7.0 - end)).abs() < 1e-9,
+                "{:?}",
+                report.objects
+            );
+        }
     }
 
     #[test]
