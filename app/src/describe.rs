@@ -4,11 +4,13 @@ use std::collections::{HashMap, HashSet};
 
 use loftsman_kernel::Point;
 use loftsman_kernel::brep::{Brep, Flaw};
+use loftsman_kernel::nalgebra::Matrix4;
 use loftsman_kernel::plugin::{CustomShape, Fineness};
 use loftsman_kernel::scene::{Definition, Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Surface};
 
 use crate::measures::{Measures, closed, of_brep};
+use crate::placed::{Placed, changes_size, instances};
 
 /// The facts about a scene.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -105,7 +107,8 @@ pub struct DefinitionFacts {
     pub totals: Option<Totals>,
 }
 
-/// The facts about an object. What does not apply is left out when it is serialised.
+/// The facts about an object, as it stands: lengths, areas, volumes and places are those of the scene (of an object of a definition, the
+/// definition's), with its own transform and those above it. What does not apply is left out when it is serialised.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct ObjectFacts {
     /// Its name.
@@ -132,7 +135,7 @@ pub struct ObjectFacts {
     /// Red, green, blue, alpha.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub color: Option<[f64; 4]>,
-    /// Whether it has a transform of its own; all other facts are in its own coordinates.
+    /// Whether it has a transform of its own.
     #[serde(skip_serializing_if = "is_false")]
     pub transformed: bool,
     /// Degree of a curve, or degrees along `u` and `v` of a surface.
@@ -202,6 +205,23 @@ pub struct ObjectFacts {
     /// itself, not its control vertices; of a plug-in's shape around its segments or triangles.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bounds: Option<[[f64; 3]; 2]>,
+    /// The same in its own coordinates, where it or what it hangs under is placed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub own: Option<Box<OwnFacts>>,
+    /// Of an instance, whether it is placed larger, smaller or mirrored.
+    #[serde(skip)]
+    pub(crate) resized: bool,
+}
+
+/// How large an object is in its own coordinates.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+pub struct OwnFacts {
+    /// Length, area, volume.
+    #[serde(flatten)]
+    pub measures: Measures,
+    /// The corners of the box around it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<[[f64; 3]; 2]>,
 }
 
 /// An edge that the faces of a brep do not close at.
@@ -249,11 +269,11 @@ fn is_false(flag: &bool) -> bool {
 
 /// The facts about a scene and each of its objects.
 pub fn describe(scene: &Scene) -> SceneFacts {
-    // What objects share is measured once.
-    let mut known: HashMap<usize, ObjectFacts> = HashMap::new();
-    let mut all = |objects: &[Object]| -> Vec<ObjectFacts> {
-        let facts = objects.iter().map(|object| {
-            let shape = known.entry(object.geometry_id()).or_insert_with(|| shape(object.geometry()));
+    let mut placed = Placed::default();
+    let shown_by = instances(scene, &mut placed);
+    let mut all = |objects: &[Object], maps: &[Option<Matrix4<f64>>]| -> Vec<ObjectFacts> {
+        let facts = objects.iter().zip(maps).map(|(object, map)| {
+            let shape = placed.facts(object.geometry_id(), object.geometry(), map.as_ref());
             ObjectFacts {
                 name: object.name().to_owned(),
                 label: object.label.clone(),
@@ -262,7 +282,8 @@ pub fn describe(scene: &Scene) -> SceneFacts {
                 color: object.color,
                 transformed: object.transform.is_some(),
                 frames: object.animation.as_ref().map(|a| a.frames.len()),
-                ..shape.clone()
+                resized: map.as_ref().is_some_and(changes_size),
+                ..shape
             }
         });
         facts.collect()
@@ -273,14 +294,47 @@ pub fn describe(scene: &Scene) -> SceneFacts {
     let definitions: Vec<_> = definitions
         .map(|d| DefinitionFacts {
             name: d.name().to_owned(),
-            objects: all(d.objects()),
+            objects: all(d.objects(), &maps(d.objects())),
             totals: of(d.name()),
         })
         .collect();
-    let objects = all(scene.objects());
+    // A hierarchy that is broken places nothing.
+    let maps = scene.world_transforms().unwrap_or_else(|_| vec![None; scene.objects().len()]);
+    let mut objects = all(scene.objects(), &maps);
+    for object in objects.iter_mut().filter(|object| object.shows.is_some()) {
+        if let Some((measures, around)) = shown_by.get(&object.name) {
+            (object.measures, object.bounds) = (measures.clone(), *around);
+        }
+    }
     let shown = if definitions.is_empty() { None } else { scene.placed_count().ok() };
     let totals = Totals::of(scene.objects(), &totals).some();
     SceneFacts { unit: scene.unit, up: scene.up, layers: layers(scene), objects, definitions, shown, totals }
+}
+
+/// From the coordinates of each object of a definition to those of the definition. `O(objects)`.
+fn maps(objects: &[Object]) -> Vec<Option<Matrix4<f64>>> {
+    let index: HashMap<&str, usize> = objects.iter().zip(0..).map(|(o, i)| (o.name(), i)).collect();
+    let parent = |i: usize| objects[i].parent.as_deref().and_then(|name| index.get(name)).copied();
+    let mut known: Vec<Option<Option<Matrix4<f64>>>> = vec![None; objects.len()];
+    for first in 0..objects.len() {
+        let mut way = vec![first];
+        // A hierarchy without an end has no place.
+        while let Some(above) = way.last().and_then(|&i| parent(i))
+            && known[above].is_none()
+            && way.len() <= objects.len()
+        {
+            way.push(above);
+        }
+        while let Some(i) = way.pop() {
+            let above = parent(i).and_then(|above| known[above]).flatten();
+            let own = objects[i].transform;
+            known[i] = Some(match (above, own) {
+                (Some(above), Some(own)) => Some(above * own),
+                (above, own) => above.or(own),
+            });
+        }
+    }
+    known.into_iter().map(Option::flatten).collect()
 }
 
 /// The definition that an object shows.
@@ -334,11 +388,21 @@ fn layers(scene: &Scene) -> Vec<LayerFacts> {
     facts.collect()
 }
 
-/// What is said of a geometry, whoever has it.
-fn shape(geometry: &Geometry) -> ObjectFacts {
+/// What is said of a geometry, whoever has it, in its own coordinates; and points around which boxes are those around it, wherever it is placed, where
+/// its own points are not that.
+pub(crate) fn shape(geometry: &Geometry) -> (ObjectFacts, Vec<Point>) {
     if let Geometry::Brep(b) = geometry {
         return brep(b, ObjectFacts { kind: geometry.kind().to_owned(), ..ObjectFacts::default() });
     }
+    if let Geometry::Custom(custom) = geometry {
+        let seen = custom.tessellate(&Fineness::default()).ok();
+        let around = seen.map(|seen| seen.drawn.points().to_vec()).unwrap_or_default();
+        return (shape_of_plugin(custom, &around, plain(geometry)), around);
+    }
+    (plain(geometry), Vec::new())
+}
+
+fn plain(geometry: &Geometry) -> ObjectFacts {
     let points = geometry.points();
     let has_points = !geometry.is_unknown() && !matches!(geometry, Geometry::Group | Geometry::Instance(_));
     let facts = ObjectFacts {
@@ -354,7 +418,6 @@ fn shape(geometry: &Geometry) -> ObjectFacts {
         Geometry::Curve(c) => curve(c, facts),
         Geometry::Surface(s) => surface(s, facts),
         Geometry::Trimmed(t) => ObjectFacts { loops: Some(t.loops().count()), ..surface(t.surface(), facts) },
-        Geometry::Custom(custom) => shape_of_plugin(custom, facts),
         Geometry::Mesh(m) => {
             let lines = Some(m.lines().count()).filter(|&count| count > 0);
             ObjectFacts { faces: Some(m.face_count()), triangles: Some(m.triangle_count()), lines, ..facts }
@@ -378,14 +441,13 @@ fn curve(curve: &Curve, facts: ObjectFacts) -> ObjectFacts {
 }
 
 /// A plug-in's shape: its parameters, and the box around a tessellation of it.
-fn shape_of_plugin(custom: &CustomShape, facts: ObjectFacts) -> ObjectFacts {
+fn shape_of_plugin(custom: &CustomShape, around: &[Point], facts: ObjectFacts) -> ObjectFacts {
     let Ok(shape) = custom.shape() else { return facts };
     let domain = shape.domain();
-    let seen = custom.tessellate(&Fineness::default()).ok();
     ObjectFacts {
         periodic: domain.iter().map(|interval| interval.periodic).collect(),
         domain: domain.iter().map(|interval| [interval.start, interval.end]).collect(),
-        bounds: seen.and_then(|seen| bounds(seen.drawn.points())).or(facts.bounds),
+        bounds: bounds(around).or(facts.bounds),
         ..facts
     }
 }
@@ -404,7 +466,7 @@ fn surface(surface: &Surface, facts: ObjectFacts) -> ObjectFacts {
 }
 
 /// A brep: what it is made of, where it is open, how large it is, and the box around its triangles.
-fn brep(brep: &Brep, facts: ObjectFacts) -> ObjectFacts {
+fn brep(brep: &Brep, facts: ObjectFacts) -> (ObjectFacts, Vec<Point>) {
     let all: Vec<usize> = (0..brep.face_count()).collect();
     let open = brep.open_edges(&all);
     let middle = |edge: usize| {
@@ -415,8 +477,9 @@ fn brep(brep: &Brep, facts: ObjectFacts) -> ObjectFacts {
     let colors: HashSet<[u64; 4]> =
         all.iter().filter_map(|&face| brep.face_color(face)).map(|color| color.map(f64::to_bits)).collect();
     let (measures, around) = of_brep(brep);
+    let around = if around.is_empty() { brep.vertices().to_vec() } else { around };
     let off = off(brep);
-    ObjectFacts {
+    let facts = ObjectFacts {
         faces: Some(brep.face_count()),
         edges: Some(brep.edge_count()),
         open_edges: Some(open.len()).filter(|&open| open > 0),
@@ -425,13 +488,14 @@ fn brep(brep: &Brep, facts: ObjectFacts) -> ObjectFacts {
         off_at: off.into_iter().take(OPEN).collect(),
         face_colors: Some(colors.len()).filter(|&count| count > 0),
         measures,
-        bounds: around.map(corners).or_else(|| bounds(brep.vertices())),
+        bounds: bounds(&around),
         shells: Some(brep.shells().len()),
         solids: Some(brep.solids().len()),
         vertices: Some(brep.vertices().len()),
         closed: Some(brep.is_closed(&all)),
         ..facts
-    }
+    };
+    (facts, around)
 }
 
 /// The edges that are not where they should be, the furthest off first. Where they cannot be evaluated none is told.
@@ -448,12 +512,12 @@ fn off(brep: &Brep) -> Vec<OffEdge> {
     brep.misplaced().unwrap_or_default().into_iter().map(told).collect()
 }
 
-fn bounds(points: &[Point]) -> Option<[[f64; 3]; 2]> {
+pub(crate) fn bounds(points: &[Point]) -> Option<[[f64; 3]; 2]> {
     let first = *points.first()?;
     let (low, high) = points.iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
     Some(corners((low, high)))
 }
 
-fn corners((low, high): (Point, Point)) -> [[f64; 3]; 2] {
+pub(crate) fn corners((low, high): (Point, Point)) -> [[f64; 3]; 2] {
     [low.coords.into(), high.coords.into()]
 }

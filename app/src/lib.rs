@@ -68,6 +68,7 @@ pub mod measures;
 #[cfg_attr(not(feature = "picture"), path = "no_picture.rs")]
 pub mod picture;
 mod picture_name;
+mod placed;
 pub mod prelude;
 pub mod program;
 pub mod recipe;
