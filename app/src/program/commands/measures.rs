@@ -133,7 +133,7 @@ mod tests {
         assert_eq!(told(Some(2.0), Some(2.0 - 3e-5), Unit::Metre), "area 2 m² as before");
         assert_eq!(told(None, Some(3.0), Unit::Millimetre), "area 3 mm²");
         assert_eq!(told(Some(3.0), None, Unit::Inch), "area 3 in² before");
-        assert_eq!(told(Some(-1.0), Some(1.0), Unit::Unknown), "area -1 → 1 square units");
+        assert_eq!(told(Some(-1.0), Some(1.0), Unit::Unknown), "area -1 → 1 square unit");
         assert_eq!(told(None, None, Unit::Metre), "");
         let odd = Unit::of_metres(0.3).unwrap();
         assert_eq!(told(None, Some(3.0), odd), "area 3 × (0.3 m)²");
