@@ -63,6 +63,7 @@ pub mod convert;
 pub mod describe;
 pub mod document;
 mod error;
+mod facts;
 pub mod file;
 pub mod measures;
 #[cfg_attr(not(feature = "picture"), path = "no_picture.rs")]

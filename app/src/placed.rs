@@ -8,7 +8,7 @@ use loftsman_kernel::nalgebra::{Matrix3, Matrix4};
 use loftsman_kernel::placement::transform_point;
 use loftsman_kernel::scene::{Geometry, Scene};
 
-use crate::describe::{ObjectFacts, OwnFacts, bounds, corners, shape};
+use crate::facts::{ObjectFacts, OwnFacts, bounds, corners, shape};
 use crate::measures::Measures;
 
 /// How far a map may be from a similarity, as a part of its scale, for lengths to go by that.
@@ -37,10 +37,15 @@ fn linear(map: &Matrix4<f64>) -> Matrix3<f64> {
 }
 
 impl Placed {
-    /// How many points are looked at for the box around a geometry.
+    /// How many points are looked at for the box around a geometry; around a spline itself it takes as long as that of many more.
     fn points(&self, id: usize, geometry: &Geometry) -> usize {
         let around = self.own.get(&id).map_or(0, |(_, around)| around.len());
-        around.max(geometry.points().len())
+        let each = if matches!(geometry, Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_)) {
+            64
+        } else {
+            1
+        };
+        around.max(geometry.points().len() * each)
     }
 
     /// What is said of a geometry where a map places it. Of one that is not the identity its own coordinates are told, too.
@@ -115,11 +120,8 @@ fn scaled(own: &Measures, scale: f64) -> Measures {
 
 /// What instances of a scene show together, by their names: the areas of surfaces, meshes and solids, volumes, and the box around all of it, in
 /// the scene. Nothing where there is too much of it.
-pub(crate) fn instances(
-    scene: &Scene,
-    placed: &mut Placed,
-) -> HashMap<String, (Measures, Option<[[f64; 3]; 2]>)> {
-    let mut sums: HashMap<String, (Measures, Option<[[f64; 3]; 2]>)> = HashMap::new();
+pub(crate) fn instances(scene: &Scene, placed: &mut Placed) -> HashMap<String, OwnFacts> {
+    let mut sums: HashMap<String, OwnFacts> = HashMap::new();
     if scene.definitions().is_empty() {
         return sums;
     }
@@ -127,13 +129,13 @@ pub(crate) fn instances(
     let mut points = 0;
     for shown in all {
         let Some(instance) = shown.path.inside_out().last() else { continue };
-        let (sum, around) = sums.entry(instance.name().to_owned()).or_default();
         let object = shown.object;
-        let facts = placed.facts(object.geometry_id(), object.geometry(), shown.to_world.as_ref());
         points += placed.points(object.geometry_id(), object.geometry());
         if points > MOST_POINTS {
             return HashMap::new();
         }
+        let facts = placed.facts(object.geometry_id(), object.geometry(), shown.to_world.as_ref());
+        let OwnFacts { measures: sum, bounds: around } = sums.entry(instance.name().to_owned()).or_default();
         let encloses = matches!(object.geometry(), Geometry::Curve(_) | Geometry::Polyline(_));
         let add =
             |sum: Option<f64>, more: Option<f64>| more.map_or(sum, |more| Some(sum.unwrap_or(0.0) + more));
@@ -215,7 +217,7 @@ mod tests {
         twice.transform = Some(Matrix4::new_scaling(2.0));
         scene.add(twice).unwrap();
         let all = instances(&scene, &mut Placed::default());
-        let (measures, around) = &all["twice"];
+        let OwnFacts { measures, bounds: around } = &all["twice"];
         near(measures.area, 48.0);
         near(measures.volume, 16.0);
         assert_eq!(*around, Some([[0.0; 3], [10.0, 2.0, 2.0]]));

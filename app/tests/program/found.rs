@@ -342,7 +342,7 @@ fn curves_surfaces_and_instances_are_as_large_as_they_stand() {
             { "name": "shown", "parent": "mirror", "instance": { "definition": "both" } },
         ],
     });
-    bench.write("s.loft.json", &scene.to_string());
+    bench.write("s.loft.json", scene.to_string());
     let info = bench.json(&["info", "s.loft.json"]);
     let near = |found: &serde_json::Value, wanted: f64| {
         assert!((found.as_f64().unwrap() - wanted).abs() < 1e-9, "{found} is not {wanted}");
