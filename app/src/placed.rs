@@ -14,15 +14,27 @@ use crate::measures::Measures;
 /// How far a map may be from a similarity, as a part of its scale, for lengths to go by that.
 const SIMILAR: f64 = 1e-12;
 
-/// How many objects the instances of a scene may show for what they show to be summed, and how many points these may have in all.
+/// How many objects the instances of a scene may show for what they show to be summed.
 const MOST_SUMMED: u64 = 100_000;
-const MOST_POINTS: usize = 20_000_000;
 
-/// Facts of geometries, each measured once, and once more for each way in which something stretches it.
+/// How many points are looked at, turned this way and that, for boxes around what is placed: what a file of a few bytes places a hundred thousand
+/// times must not take minutes.
+const MOST_POINTS: usize = 100_000_000;
+
+/// A geometry that something turns or stretches: the box around it, before it is moved, and how large it is where lengths do not go by one number.
+#[derive(Clone)]
+struct Turned {
+    bounds: Option<[[f64; 3]; 2]>,
+    measures: Option<Measures>,
+}
+
+/// Facts of geometries, each measured once, and once more for each way in which something turns or stretches it.
 #[derive(Default)]
 pub(crate) struct Placed {
     own: HashMap<usize, (ObjectFacts, Vec<Point>)>,
-    stretched: HashMap<(usize, [u64; 9]), Measures>,
+    turned: HashMap<(usize, [u64; 9]), Turned>,
+    /// How many points were looked at for boxes.
+    points: usize,
 }
 
 /// By how much a map makes all lengths longer, where it does so to all of them alike.
@@ -37,17 +49,6 @@ fn linear(map: &Matrix4<f64>) -> Matrix3<f64> {
 }
 
 impl Placed {
-    /// How many points are looked at for the box around a geometry; around a spline itself it takes as long as that of many more.
-    fn points(&self, id: usize, geometry: &Geometry) -> usize {
-        let around = self.own.get(&id).map_or(0, |(_, around)| around.len());
-        let each = if matches!(geometry, Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_)) {
-            64
-        } else {
-            1
-        };
-        around.max(geometry.points().len() * each)
-    }
-
     /// What is said of a geometry where a map places it. Of one that is not the identity its own coordinates are told, too.
     pub(crate) fn facts(
         &mut self,
@@ -58,51 +59,72 @@ impl Placed {
         let (own, around) = self.own.entry(id).or_insert_with(|| shape(geometry));
         let Some(map) = map.filter(|map| **map != Matrix4::identity()) else { return own.clone() };
         let at = |p: [f64; 3]| -> [f64; 3] { transform_point(map, &p.into()).coords.into() };
+        let linear = linear(map);
+        let scale = similarity(&linear);
+        let turned = if linear == Matrix3::identity() {
+            Turned { bounds: own.bounds, measures: None }
+        } else {
+            match self.turned.entry((id, std::array::from_fn(|k| linear[k].to_bits()))) {
+                Entry::Occupied(known) => known.get().clone(),
+                Entry::Vacant(new) => {
+                    // The box around a spline itself takes as long as that of many more points.
+                    let is_spline =
+                        matches!(geometry, Geometry::Curve(_) | Geometry::Surface(_) | Geometry::Trimmed(_));
+                    let points = around.len().max(geometry.points().len() * if is_spline { 64 } else { 1 });
+                    self.points = self.points.saturating_add(points);
+                    let bounds = if self.points <= MOST_POINTS {
+                        turned_bounds(geometry, around, &linear)
+                    } else {
+                        None
+                    };
+                    let measures = scale.is_none().then(|| stretched(geometry, &own.measures, &linear));
+                    new.insert(Turned { bounds, measures }).clone()
+                }
+            }
+        };
         let mut facts = own.clone();
         facts.own = Some(Box::new(OwnFacts { measures: own.measures.clone(), bounds: own.bounds }))
             .filter(|own| own.measures != Measures::default() || own.bounds.is_some());
-        facts.bounds = match geometry {
-            _ if !around.is_empty() => {
-                bounds(&around.iter().map(|p| transform_point(map, p)).collect::<Vec<_>>())
-            }
-            Geometry::Group | Geometry::Instance(_) => None,
-            _ => match geometry.transformed(map) {
-                Ok(Geometry::Curve(curve)) => Some(corners(curve.bounds())),
-                Ok(Geometry::Surface(surface)) => Some(corners(surface.bounds())),
-                Ok(Geometry::Trimmed(trimmed)) => Some(corners(trimmed.surface().bounds())),
-                Ok(other) => bounds(other.points()),
-                Err(_) => None,
-            },
-        };
+        let shift = [0, 1, 2].map(|k| map[(k, 3)]);
+        facts.bounds = turned.bounds.map(|ends| ends.map(|end| std::array::from_fn(|k| end[k] + shift[k])));
         facts.open_at.iter_mut().for_each(|open| open.at = at(open.at));
-        let linear = linear(map);
-        let scale = similarity(&linear);
         // A distance that is stretched unevenly is at most so long.
         let most = scale.unwrap_or_else(|| linear.singular_values().max());
         for off in &mut facts.off_at {
             (off.distance, off.tolerance) = (off.distance * most, off.tolerance * most);
         }
-        facts.measures = match scale {
-            Some(scale) => scaled(&own.measures, scale),
-            None => match self.stretched.entry((id, std::array::from_fn(|k| linear[k].to_bits()))) {
-                Entry::Occupied(known) => known.get().clone(),
-                Entry::Vacant(new) => {
-                    let own = &own.measures;
-                    // Where it is does not matter; nor does a mirror turn the inside out, in whatever stands.
-                    let mut map = Matrix4::identity();
-                    map.fixed_view_mut::<3, 3>(0, 0).copy_from(&linear);
-                    let found =
-                        geometry.transformed(&map).map(|there| Measures::of(&there)).unwrap_or_default();
-                    let volume = own.volume.map(|volume| volume * linear.determinant().abs());
-                    new.insert(Measures { volume, ..found }).clone()
-                }
-            },
+        facts.measures = match (turned.measures, scale) {
+            (Some(measures), _) => measures,
+            (None, scale) => scaled(&own.measures, scale.unwrap_or(1.0)),
         };
+        if own.bounds.is_some() && facts.bounds.is_none() {
+            facts.measures.unmeasured.push("the size: too much is placed in too many ways".to_owned());
+        }
         facts.measures.leaks = own.measures.leaks.clone();
         facts.measures.watertight = own.measures.watertight;
         facts.measures.leaks.iter_mut().for_each(|leaks| leaks.at = at(leaks.at));
         facts
     }
+}
+
+fn turned_bounds(geometry: &Geometry, around: &[Point], linear: &Matrix3<f64>) -> Option<[[f64; 3]; 2]> {
+    if !around.is_empty() {
+        return bounds(&around.iter().map(|p| linear * p).collect::<Vec<_>>());
+    }
+    let map = linear.to_homogeneous();
+    match geometry.transformed(&map).ok()? {
+        Geometry::Curve(curve) => Some(corners(curve.bounds())),
+        Geometry::Surface(surface) => Some(corners(surface.bounds())),
+        Geometry::Trimmed(trimmed) => Some(corners(trimmed.surface().bounds())),
+        other => bounds(other.points()),
+    }
+}
+
+/// Measures of what is longer in some directions than in others. A mirror does not turn the inside out of what stands.
+fn stretched(geometry: &Geometry, own: &Measures, linear: &Matrix3<f64>) -> Measures {
+    let found = geometry.transformed(&linear.to_homogeneous()).map(|there| Measures::of(&there));
+    let volume = own.volume.map(|volume| volume * linear.determinant().abs());
+    Measures { volume, ..found.unwrap_or_default() }
 }
 
 /// Measures of what is so many times as long in all directions.
@@ -126,14 +148,9 @@ pub(crate) fn instances(scene: &Scene, placed: &mut Placed) -> HashMap<String, O
         return sums;
     }
     let Ok(all) = scene.placed(MOST_SUMMED) else { return sums };
-    let mut points = 0;
     for shown in all {
         let Some(instance) = shown.path.inside_out().last() else { continue };
         let object = shown.object;
-        points += placed.points(object.geometry_id(), object.geometry());
-        if points > MOST_POINTS {
-            return HashMap::new();
-        }
         let facts = placed.facts(object.geometry_id(), object.geometry(), shown.to_world.as_ref());
         let OwnFacts { measures: sum, bounds: around } = sums.entry(instance.name().to_owned()).or_default();
         let encloses = matches!(object.geometry(), Geometry::Curve(_) | Geometry::Polyline(_));
@@ -150,6 +167,9 @@ pub(crate) fn instances(scene: &Scene, placed: &mut Placed) -> HashMap<String, O
                 (below[k], above[k]) = (below[k].min(low[k]), above[k].max(high[k]));
             }
         }
+    }
+    if placed.points > MOST_POINTS {
+        sums.values_mut().for_each(|sum| sum.bounds = None);
     }
     sums
 }
@@ -201,6 +221,10 @@ mod tests {
             Polyline { points: vec![Point::origin(), Point::new(1.0, 0.0, 0.0)], closed: false }.into();
         let stretched = Matrix4::new_nonuniform_scaling(&Vector::new(5.0, 2.0, 3.0));
         near(placed.facts(2, &line, Some(&stretched)).measures.length, 5.0);
+        let moved = placed.facts(1, &cube, Some(&Matrix4::new_translation(&Vector::new(5.0, 0.0, -1.0))));
+        assert_eq!(moved.bounds, Some([[5.0, 0.0, -1.0], [6.0, 1.0, 0.0]]));
+        // What was looked at for these boxes: each way of turning once.
+        assert_eq!(placed.points, 4 * 8 + 2);
         assert!(placed.facts(2, &line, Some(&Matrix4::identity())).own.is_none());
     }
 
