@@ -63,11 +63,13 @@ pub mod convert;
 pub mod describe;
 pub mod document;
 mod error;
+mod facts;
 pub mod file;
 pub mod measures;
 #[cfg_attr(not(feature = "picture"), path = "no_picture.rs")]
 pub mod picture;
 mod picture_name;
+mod placed;
 pub mod prelude;
 pub mod program;
 pub mod recipe;

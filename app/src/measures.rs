@@ -156,26 +156,23 @@ fn measured(surface: &dyn Shape, cells: usize) -> Measures {
 /// How far the triangles of a Brep may be from it, as a part of its size.
 const CHORD: f64 = 2e-4;
 
-/// A Brep by its triangles: the area of its faces, the volume of its solids, and the box around it.
-pub(crate) fn of_brep(brep: &Brep) -> (Measures, Option<(Point, Point)>) {
+/// A Brep by its triangles: the area of its faces, the volume of its solids, and their points.
+pub(crate) fn of_brep(brep: &Brep) -> (Measures, Vec<Point>) {
     if brep.face_count() == 0 {
-        return (Measures::default(), None);
+        return (Measures::default(), Vec::new());
     }
     let fineness = Fineness { chord: Chord::Relative(CHORD), ..Fineness::default() };
     let cut = match Adaptive::default().measured_brep(brep, &fineness) {
         Ok(cut) => cut,
         Err(why) => {
             let unmeasured = vec![format!("area and volume: {why}")];
-            return (Measures { unmeasured, ..Measures::default() }, None);
+            return (Measures { unmeasured, ..Measures::default() }, Vec::new());
         }
     };
     let points = cut.mesh.points();
-    let around = points.iter().fold(None, |range: Option<(Point, Point)>, p| {
-        Some(range.map_or((*p, *p), |(low, high)| (low.inf(p), high.sup(p))))
-    });
     if let Some(missing) = cut.remark(brep) {
         let unmeasured = vec![format!("area and volume: {missing}")];
-        return (Measures { unmeasured, ..Measures::default() }, around);
+        return (Measures { unmeasured, ..Measures::default() }, points.to_vec());
     }
     let shells = brep.solids().iter().flat_map(|solid| solid.voids.iter().chain([&solid.outer]));
     let bounds: HashSet<usize> =
@@ -195,7 +192,7 @@ pub(crate) fn of_brep(brep: &Brep) -> (Measures, Option<(Point, Point)>) {
         within: Some(cut.error),
         ..Measures::default()
     };
-    (measures, around)
+    (measures, points.to_vec())
 }
 
 fn of_polyline(line: &Polyline) -> Option<f64> {
@@ -387,14 +384,15 @@ mod tests {
             "{all:?}"
         );
         assert!(all.within.unwrap() < 1e-9);
-        let (low, high) = around.unwrap();
+        let (low, high) =
+            around.iter().fold((around[0], around[0]), |(low, high), p| (low.inf(p), high.sup(p)));
         assert!((low - Point::new(1e6, 0.0, 0.0)).norm() < 1e-9 && (high.x - low.x - 3.0).abs() < 1e-9);
         // A shell that bounds no solid has an area.
         let mut parts = block.parts();
         parts.solids.clear();
         let shell = of_brep(&Brep::new(parts).unwrap()).0;
         assert_eq!((shell.area, shell.volume), (all.area, None));
-        assert_eq!(of_brep(&Brep::new(Default::default()).unwrap()), (Measures::default(), None));
+        assert_eq!(of_brep(&Brep::new(Default::default()).unwrap()), (Measures::default(), Vec::new()));
         // A ball: inscribed triangles are within what is said of it.
         let frame = loftsman_kernel::brep::Frame::new(Point::origin(), Vector::z(), Vector::x()).unwrap();
         let form = loftsman_kernel::brep::SurfaceForm::Sphere { frame, radius: 2.0 };

@@ -138,13 +138,17 @@ impl Unit {
     ///
     /// assert_eq!(Unit::Millimetre.quantity(15_234_567.8, 3), "15234568 mm³");
     /// assert_eq!(Unit::Unknown.quantity(0.5, 2), "0.5 square units");
+    /// assert_eq!(Unit::Unknown.quantity(1.0, 1), "1 unit");
     /// ```
     pub fn quantity(self, number: f64, power: usize) -> String {
         let raised = ["", "", "²", "³"].get(power).copied().unwrap_or_default();
-        let words = ["", "units", "square units", "cubic units"].get(power).copied().unwrap_or_default();
+        let words = ["", "unit", "square unit", "cubic unit"].get(power).copied().unwrap_or_default();
         let figure = text::figure(number);
         match self {
-            Self::Unknown => format!("{figure} {words}"),
+            Self::Unknown if matches!(figure.as_str(), "1" | "-1") || power == 0 => {
+                format!("{figure} {words}")
+            }
+            Self::Unknown => format!("{figure} {words}s"),
             Self::Metres(_) => format!("{figure} × {}{raised}", self.one()),
             named => format!("{figure} {}{raised}", named.name()),
         }

@@ -793,8 +793,9 @@ fn scene_keeping(walk: &mut Walk<'_>, op: &str, fields: &Value, names: &[&str]) 
     let found: Vec<&str> =
         after["objects"].as_array().unwrap().iter().map(|o| o["name"].as_str().unwrap()).collect();
     assert_eq!(sorted(&found), sorted(names), "{op}");
-    // Whatever its name, every number is as it was.
+    // Whatever its name, every number is as it was; a copy says whose it has.
     for o in after["objects"].as_array().unwrap() {
+        let o = o["same_as"]["object"].as_str().map_or(o, |first| object(&after, first));
         let (kind, was) = if o.get("curve").is_some() { ("curve", &curve) } else { ("surface", &surface) };
         assert_eq!(numbers_of(&o[kind]["points"]), numbers_of(&was["points"]));
     }

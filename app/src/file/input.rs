@@ -82,6 +82,8 @@ impl Input {
                         "{} can be written, but not read; readable are {known}",
                         format.declaration().name
                     )
+                } else if let Some(name) = foreign(&self.extension) {
+                    format!("{name} is not read: save or convert it as one of {known}")
                 } else {
                     format!(
                         "neither its name nor its content belongs to a known format; readable are {known}"
@@ -110,6 +112,32 @@ impl Input {
         }
         Ok(Content { scene, report, format: format.declaration() })
     }
+}
+
+/// The name of a format that people have files of and that is not read, by the extension of the file.
+fn foreign(file: &str) -> Option<&'static str> {
+    const FOREIGN: &[(&str, &str)] = &[
+        ("3dm", "Rhino's 3DM"),
+        ("3ds", "3DS"),
+        ("blend", "Blender's own format"),
+        ("brep", "OpenCASCADE's BREP"),
+        ("dae", "COLLADA"),
+        ("dwg", "DWG"),
+        ("dxf", "DXF"),
+        ("fbx", "FBX"),
+        ("off", "OFF"),
+        ("ply", "PLY"),
+        ("sat", "ACIS"),
+        ("sldprt", "SolidWorks' own format"),
+        ("stl", "STL"),
+        ("usd", "USD"),
+        ("usda", "USD"),
+        ("usdc", "USD"),
+        ("usdz", "USD"),
+        ("x_t", "Parasolid"),
+    ];
+    let (_, extension) = file.rsplit_once('.')?;
+    FOREIGN.iter().find(|(known, _)| extension.eq_ignore_ascii_case(known)).map(|(_, name)| *name)
 }
 
 /// What is in a file.

@@ -47,11 +47,16 @@ fn typed(arguments: &[OsString]) -> Arguments {
         // Help that was asked for is no error.
         if error.use_stderr() && failure::asked_for(arguments) {
             let text = error.render().to_string();
-            let problem = text.lines().next().unwrap_or_default();
-            failure::print(&failure::Failure::usage(problem.trim_start_matches("error: ")));
+            failure::print(&failure::Failure::usage(&problem_of(&text)));
         }
         error.exit()
     })
+}
+
+/// What is wrong, of what is printed for people: its first paragraph, in which the arguments that it speaks of may be lines of their own.
+fn problem_of(text: &str) -> String {
+    let paragraph: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
+    paragraph.join(" ").trim_start_matches("error: ").to_owned()
 }
 
 /// Runs the program with what was typed and with what a registry knows: what a plug-in's author needs for a command line of

@@ -1,5 +1,7 @@
 //! What reviewers found, as they ran it: each once, by the program.
 
+use serde_json::json;
+
 use crate::LOFTSMAN;
 
 /// Two cubic pieces that do not meet: an inner knot of multiplicity degree + 1.
@@ -283,4 +285,92 @@ fn torn_shapes_go_through_every_format() {
             }
         }
     }
+}
+
+/// Areas, volumes and sizes as Blender 5.0.1 measures them (its meshes, placed, points within 1e-6 welded; single precision).
+#[test]
+fn what_is_placed_is_as_large_as_it_stands() {
+    let bench = LOFTSMAN.bench();
+    let data = loftsman_tests::repository().join("tests/data/gltf");
+    let near = |found: &serde_json::Value, wanted: f64| {
+        let found = found.as_f64().unwrap();
+        assert!((found / wanted - 1.0).abs() < 1e-5, "{found} is not {wanted}");
+    };
+    let blocks = [
+        ("block01", 1.806_070_655_6, 0.165_068_826_1, [0.538_762_9, 0.568_682_2, 0.538_763]),
+        ("block02", 4.890_634_536_7, 0.580_531_077, [0.538_763, 1.999_999_9, 0.538_763]),
+        ("block03", 1.980_498_939_8, 0.153_179_160_5, [0.354_279_9, 1.220_412_5, 0.354_279_9]),
+    ];
+    let file = data.join("nested.glb");
+    let info = bench.json(&["info", file.to_str().unwrap()]);
+    for (name, area, volume, size) in blocks {
+        let block = info["objects"].as_array().unwrap().iter().find(|o| o["name"] == name).unwrap();
+        near(&block["area"], area);
+        near(&block["volume"], volume);
+        for (axis, size) in size.into_iter().enumerate() {
+            let end = |k: usize| block["bounds"][k][axis].as_f64().unwrap();
+            assert!((end(1) - end(0) - size).abs() < 1e-5, "{block}");
+        }
+        near(&block["own"]["area"], 24.0);
+        near(&block["own"]["volume"], 8.0);
+    }
+    let text = bench.done(&["info", file.to_str().unwrap()]);
+    let line = text.lines().find(|line| line.contains("block02")).unwrap();
+    assert!(line.contains("area 4.891 m² · volume 0.5805 m³ · watertight · size 0.5388 × 2 × 0.5388 m · in its own coordinates area 24 m², volume 8 m³, size 2 × 2 × 2 m"), "{line}");
+    let info = bench.json(&["info", data.join("VertexColorTest.glb").to_str().unwrap()]);
+    let plate = info["objects"].as_array().unwrap().iter().find(|o| o["name"] == "VertexColorTest").unwrap();
+    near(&plate["area"], 9.486_981_904);
+}
+
+/// Closed forms: a line of length 5 below a mirror that doubles, a square patch stretched by one axis, and an instance of both.
+#[test]
+fn curves_surfaces_and_instances_are_as_large_as_they_stand() {
+    let bench = LOFTSMAN.bench();
+    let scale = |x: f64, y: f64, z: f64| json!([[x, 0, 0, 9], [0, y, 0, 0], [0, 0, z, 0], [0, 0, 0, 1]]);
+    let flat = json!({ "degree": 1, "knots": [0, 0, 1, 1] });
+    let line = json!({ "degree": 1, "knots": [0, 0, 1, 1], "points": [[0, 0, 0], [3, 4, 0]] });
+    let patch = json!({ "u": flat, "v": flat, "points": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]] });
+    let scene = json!({
+        "loftsman": 1, "unit": "m",
+        "definitions": [{ "name": "both", "objects": [
+            { "name": "rail", "curve": line }, { "name": "sheet", "surface": patch, "transform": scale(2.0, 1.0, 1.0) },
+        ] }],
+        "objects": [
+            { "name": "mirror", "group": {}, "transform": scale(-2.0, 2.0, 2.0) },
+            { "name": "rail", "parent": "mirror", "curve": line },
+            { "name": "sheet", "parent": "mirror", "surface": patch, "transform": scale(3.0, 1.0, 1.0) },
+            { "name": "shown", "parent": "mirror", "instance": { "definition": "both" } },
+        ],
+    });
+    bench.write("s.loft.json", scene.to_string());
+    let info = bench.json(&["info", "s.loft.json"]);
+    let near = |found: &serde_json::Value, wanted: f64| {
+        assert!((found.as_f64().unwrap() - wanted).abs() < 1e-9, "{found} is not {wanted}");
+    };
+    let objects = &info["objects"];
+    near(&objects[1]["length"], 10.0);
+    near(&objects[1]["own"]["length"], 5.0);
+    near(&objects[2]["area"], 12.0);
+    near(&objects[3]["area"], 8.0);
+    near(&info["definitions"][0]["objects"][1]["area"], 2.0);
+    // x: 9 - 2 (9 + 3 u) from -15 to -9.
+    assert_eq!(objects[2]["bounds"], json!([[-15.0, 0.0, 0.0], [-9.0, 2.0, 0.0]]));
+    assert!(bench.done(&["info", "s.loft.json"]).contains("of both · area 8 m²"));
+}
+
+#[test]
+fn what_is_missing_is_named_and_formats_that_are_not_read_are_called_by_their_names() {
+    let bench = LOFTSMAN.bench();
+    let run = bench.run(&["info", "--json"]);
+    let told: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    let told = told.to_string();
+    assert!(told.contains("required arguments were not provided: <"), "{told}");
+    for (file, name) in
+        [("a.stl", "STL is not read"), ("b.PLY", "PLY is not read"), ("c.3dm", "Rhino's 3DM is not read")]
+    {
+        bench.write(file, "solid x\nendsolid x\n");
+        bench.fails(&["info", file], 1, &[file, name, "obj"]);
+    }
+    bench.write("d.xyzzy", "what is this?");
+    bench.fails(&["info", "d.xyzzy"], 1, &["neither its name nor its content"]);
 }

@@ -164,10 +164,10 @@ fn check(golden: &str, version: &str, expected: fn(&Case) -> Read) {
                     assert!(!wraps || curve.is_periodic(), "{name}: wraps around\n{}", case.obj);
                     let (start, end) = (curve.point(a).unwrap(), curve.point(b).unwrap());
                     let is_closed = curve.is_periodic() || (start - end).norm() < 1e-9;
-                    assert!(case.cyclic || !is_closed, "{name}: is open");
-                    if case.cyclic && !is_closed {
-                        println!("OPEN {name}")
-                    }
+                    // Of one piece in Bézier mode Blender 4.5 and 5.0 write knots that leave it open.
+                    let torn =
+                        version != "4.4.0" && case.bezier && !case.endpoint && case.points == case.order;
+                    assert_eq!(is_closed, case.cyclic && !(torn && case.order > 2), "{name}");
                 }
                 // Files have six decimals, the points drawn four.
                 let off = |p: &[f64; 3]| curve.closest(Point::from(*p)).unwrap().distance;

@@ -253,4 +253,13 @@ fn what_is_counted_is_told_with_the_line_of_the_first() {
     has("unknown statement \"odd\" (line 13)");
     has("its range was clipped to that (line 9 and 1 more)");
     has("calls of other files are not read (line 25)");
+    let (_, report) = read("o nothing\nv 0 0 0\nv 1 0 0\ng unused\ng\no line\nl 1 2\n").unwrap();
+    let told: Vec<&String> = report.left_out.keys().collect();
+    assert_eq!(
+        told,
+        [
+            "groups (g) that have no elements (line 4)",
+            "names of objects (o, or g) that have no elements (line 1)"
+        ]
+    );
 }

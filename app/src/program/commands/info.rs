@@ -192,7 +192,7 @@ fn open(number: usize, first: &[OpenEdge]) -> String {
     let named: Vec<String> = first
         .iter()
         .take(NAMED)
-        .map(|open| format!("{} near ({})", open.edge, open.at.map(figure).join(" ")))
+        .map(|open| format!("{} near {}", open.edge, measures::place(open.at)))
         .collect();
     let more = if number > named.len() { ", …" } else { "" };
     format!("{}: {}{more}", count(number, "open edge"), named.join(", "))
@@ -219,6 +219,18 @@ fn off(number: usize, first: &[OffEdge]) -> String {
     format!("{}{more}", told.join(", "))
 }
 
+/// `size 2 × 2 × 1 m`.
+fn size([low, high]: [[f64; 3]; 2], unit: Unit) -> String {
+    // What is rounding of the coordinates is no thickness.
+    let rounding = |i: usize| 8.0 * f64::EPSILON * high[i].abs().max(low[i].abs());
+    let long: Vec<f64> = (0..3).map(|i| high[i] - low[i]).collect();
+    let least = 1e-12 * long.iter().copied().fold(0.0, f64::max);
+    let size: Vec<String> =
+        (0..3).map(|i| figure(if long[i] <= least.max(rounding(i)) { 0.0 } else { long[i] })).collect();
+    let unit = if unit == Unit::Unknown { String::new() } else { format!(" {}", unit.one()) };
+    format!("size {}{unit}", size.join(" × "))
+}
+
 fn object(object: &ObjectFacts, unit: Unit) -> String {
     let mut facts = Vec::new();
     if object.unknown {
@@ -239,18 +251,18 @@ fn object(object: &ObjectFacts, unit: Unit) -> String {
     } else if object.closed == Some(true) {
         facts.push("closed".to_owned());
     }
-    // How large it is comes before of how many parts it is made.
-    facts.extend(measures::all(&object.measures, unit));
-    if let Some([low, high]) = object.bounds {
-        // What is rounding of the coordinates is no thickness.
-        let rounding = |i: usize| 8.0 * f64::EPSILON * high[i].abs().max(low[i].abs());
-        let long: Vec<f64> = (0..3).map(|i| high[i] - low[i]).collect();
-        let least = 1e-12 * long.iter().copied().fold(0.0, f64::max);
-        let size: Vec<String> =
-            (0..3).map(|i| figure(if long[i] <= least.max(rounding(i)) { 0.0 } else { long[i] })).collect();
-        let unit = if unit == Unit::Unknown { String::new() } else { format!(" {}", unit.one()) };
-        facts.push(format!("size {}{unit}", size.join(" × ")));
+    // How large it is comes before of how many parts it is made. What an instance shows is told where that is listed.
+    if object.shows.is_none() || object.resized {
+        facts.extend(measures::all(&object.measures, unit));
+        facts.extend(object.bounds.map(|bounds| size(bounds, unit)));
     }
+    facts.extend(object.own.as_ref().filter(|own| measures::differ(&own.measures, &object.measures)).map(
+        |own| {
+            let mut told = measures::quantities(&own.measures, unit);
+            told.extend(own.bounds.map(|bounds| size(bounds, unit)));
+            format!("in its own coordinates {}", told.join(", "))
+        },
+    ));
     match (object.net, object.vertices) {
         (Some([u, v]), _) => facts.push(format!("{u}×{v} vertices")),
         (None, Some(n)) if !object.domain.is_empty() => facts.push(count(n, "vertex")),

@@ -58,20 +58,33 @@ fn inside_out(name: &str, number: f64) -> &'static str {
 
 /// What is known of an object: `area 6 m² · volume 1 m³ · watertight`.
 pub(super) fn all(measures: &Measures, unit: Unit) -> Vec<String> {
+    let mut facts = quantities(measures, unit);
+    facts.extend(match (measures.watertight, &measures.leaks) {
+        (Some(true), _) => Some("watertight".to_owned()),
+        (_, Some(leaks)) => Some(self::leaks(leaks)),
+        _ => None,
+    });
+    facts.extend(measures.unmeasured.iter().map(|why| format!("not measured: {why}")));
+    facts
+}
+
+/// Whether lengths, areas or volumes differ by more than rounding.
+pub(super) fn differ(a: &Measures, b: &Measures) -> bool {
+    [(a.length, b.length), (a.area, b.area), (a.volume, b.volume)].into_iter().any(|pair| match pair {
+        (Some(a), Some(b)) => (a - b).abs() > KEPT * a.abs().max(b.abs()),
+        (a, b) => a.is_some() != b.is_some(),
+    })
+}
+
+/// Length, area and volume.
+pub(super) fn quantities(measures: &Measures, unit: Unit) -> Vec<String> {
     let length = measures.length.map(|l| format!("length {}", quantity(l, unit, 1)));
     // Of triangles they are near to what they are of the shape.
     let near = if measures.within.is_some_and(|within| within > 0.0) { "≈ " } else { "" };
     let area = measures.area.map(|a| format!("area {near}{}", quantity(a, unit, 2)));
     let volume =
         measures.volume.map(|v| format!("volume {near}{}{}", quantity(v, unit, 3), inside_out("volume", v)));
-    let tight = match (measures.watertight, &measures.leaks) {
-        (Some(true), _) => Some("watertight".to_owned()),
-        (_, Some(leaks)) => Some(self::leaks(leaks)),
-        _ => None,
-    };
-    let mut facts: Vec<String> = [length, area, volume, tight].into_iter().flatten().collect();
-    facts.extend(measures.unmeasured.iter().map(|why| format!("not measured: {why}")));
-    facts
+    [length, area, volume].into_iter().flatten().collect()
 }
 
 /// `not watertight: 4 open edges in 1 rim, near (0.5 0 1)`.
@@ -86,7 +99,13 @@ fn leaks(leaks: &Leaks) -> String {
             .then(|| format!("{} of three or more faces", count(leaks.crowded_edges, "edge"))),
     ];
     let kinds: Vec<String> = kinds.into_iter().flatten().collect();
-    format!("not watertight: {}, near ({})", kinds.join(", "), leaks.at.map(figure).join(" "))
+    format!("not watertight: {}, near {}", kinds.join(", "), place(leaks.at))
+}
+
+/// `(0.5 0 1)`: what is rounding beside the largest coordinate is 0.
+pub(super) fn place(at: [f64; 3]) -> String {
+    let least = 1e-12 * at.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+    format!("({})", at.map(|x| figure(if x.abs() <= least { 0.0 } else { x })).join(" "))
 }
 
 /// A number of a unit's first, second or third power: `2 m²`, `2 square units` where the unit is unknown.
@@ -99,6 +118,12 @@ mod tests {
     use super::*;
 
     #[test]
+    fn rounding_is_no_place() {
+        assert_eq!(place([-4.244, 0.3675, 3.5e-17]), "(-4.244 0.3675 0)");
+        assert_eq!(place([1e-17, 0.0, 2e-17]), "(1e-17 0 2e-17)");
+    }
+
+    #[test]
     fn what_was_kept_is_told_from_what_changed() {
         let area =
             |before, after| ObjectChange { area: Measured { before, after }, ..ObjectChange::default() };
@@ -108,7 +133,7 @@ mod tests {
         assert_eq!(told(Some(2.0), Some(2.0 - 3e-5), Unit::Metre), "area 2 m² as before");
         assert_eq!(told(None, Some(3.0), Unit::Millimetre), "area 3 mm²");
         assert_eq!(told(Some(3.0), None, Unit::Inch), "area 3 in² before");
-        assert_eq!(told(Some(-1.0), Some(1.0), Unit::Unknown), "area -1 → 1 square units");
+        assert_eq!(told(Some(-1.0), Some(1.0), Unit::Unknown), "area -1 → 1 square unit");
         assert_eq!(told(None, None, Unit::Metre), "");
         let odd = Unit::of_metres(0.3).unwrap();
         assert_eq!(told(None, Some(3.0), odd), "area 3 × (0.3 m)²");

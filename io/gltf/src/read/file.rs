@@ -127,7 +127,26 @@ fn plain(problem: String) -> String {
         text if text.starts_with("struct ") => "a table { … }".to_owned(),
         other => other.to_owned(),
     };
-    format!("{needed} is needed here, and this is {found}")
+    format!("{needed} is needed here, and this is {}", self::found(found))
+}
+
+/// A value as the parser tells it, in words of the format.
+fn found(value: &str) -> String {
+    let quoted = |kind: &str| value.strip_prefix(kind).map(|rest| rest.trim_matches('`'));
+    if let Some(number) = quoted("integer ").or_else(|| quoted("floating point ")) {
+        return format!("the number {number}");
+    }
+    if let Some(word) = quoted("boolean ") {
+        return word.to_owned();
+    }
+    match value {
+        "map" => "a table { … }".to_owned(),
+        "sequence" => "a list".to_owned(),
+        "null" => "nothing (null)".to_owned(),
+        other => {
+            other.strip_prefix("string ").map_or_else(|| other.to_owned(), |text| format!("the text {text}"))
+        }
+    }
 }
 
 /// The start of a text, on one line: what a file says may be a megabyte long.
@@ -143,10 +162,12 @@ mod tests {
     fn what_the_parser_says_is_said_in_plain_words() {
         let told = |problem: &str| plain(problem.to_owned());
         let number = "invalid type: integer `3`, expected struct Primitive";
-        assert_eq!(told(number), "a table { … } is needed here, and this is integer `3`");
+        assert_eq!(told(number), "a table { … } is needed here, and this is the number 3");
         let word = "invalid type: string \"a, expected b\", expected a sequence";
-        assert_eq!(told(word), "a list is needed here, and this is string \"a, expected b\"");
+        assert_eq!(told(word), "a list is needed here, and this is the text \"a, expected b\"");
         assert_eq!(told("missing field `buffers`"), "the field \"buffers\" is missing, which is needed here");
+        let table = "invalid type: map, expected a sequence";
+        assert_eq!(told(table), "a list is needed here, and this is a table { … }");
         assert_eq!(told("anything else"), "anything else");
     }
 }

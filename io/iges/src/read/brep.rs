@@ -205,7 +205,7 @@ impl<'a, 'r, 'f> Builder<'a, 'r, 'f> {
                     "the loop is torn behind edge {} of {}: the next one starts at another vertex, {} away",
                     number + 1,
                     chain.len(),
-                    loftsman_kernel::text::short(nalgebra::distance(&p, &q))
+                    self.reader.told(nalgebra::distance(&p, &q))
                 );
                 return Err(Problem::new(place, text));
             }

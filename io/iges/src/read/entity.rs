@@ -69,6 +69,11 @@ impl<'r, 'f> Reader<'r, 'f> {
         Self { file, used: RefCell::default(), aside: RefCell::default(), changed: RefCell::default() }
     }
 
+    /// A length of the file, for people.
+    pub(crate) fn told(&self, length: f64) -> String {
+        self.file.global.length.unit().quantity(length, 1)
+    }
+
     /// An entity, which is looked at.
     pub(crate) fn entity(&self, place: usize) -> Got<Entity<'r, 'f>> {
         self.used.borrow_mut().push(place);

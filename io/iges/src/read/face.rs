@@ -52,7 +52,7 @@ impl<'a, 'r, 'f> OneFace<'a, 'r, 'f> {
                     "the boundary is torn before curve {} of {}: the one before ends {} away",
                     k + 1,
                     all.len(),
-                    loftsman_kernel::text::short(gap)
+                    self.reader.told(gap)
                 );
                 return Err(Problem::new(place, text));
             }
@@ -156,7 +156,7 @@ impl<'a, 'r, 'f> OneFace<'a, 'r, 'f> {
             worst = worst.max(surface.closest(*point)?.distance);
         }
         if worst > self.reader.near(100.0 * size) {
-            let off = loftsman_kernel::text::short(worst);
+            let off = self.reader.told(worst);
             self.reader
                 .change(self.place, &format!("its boundary is up to {off} off its surface: kept as it is"));
         }

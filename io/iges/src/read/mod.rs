@@ -16,7 +16,7 @@ mod tree;
 mod trim;
 
 use loftsman_kernel::plugin::{Confidence, FormatError, Place, ReadOptions, ReadReport, Source};
-use loftsman_kernel::scene::{Scene, Unit};
+use loftsman_kernel::scene::Scene;
 
 use crate::text::{File, Length};
 use emit::Emitter;
@@ -47,24 +47,22 @@ pub(crate) fn read(
     let name = source.name().rsplit(['/', '\\']).next().unwrap_or_default();
     let stem = name.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("object");
     let mut scene = Emitter::new(&reader, &styles, &mut account, stem).scene(options)?;
-    scene.unit = match &file.global.length {
-        Length::Known(unit) => *unit,
+    scene.unit = file.global.length.unit();
+    match &file.global.length {
+        Length::Known(_) => {}
         Length::Unsaid => {
             account.note("no unit is named: lengths are inches, which is the default of IGES".to_owned());
-            Unit::Inch
         }
         Length::Nameless(flag) => {
             let flag = loftsman_kernel::text::clip(flag);
             account.note(format!(
                 "the flag \"{flag}\" of the unit comes without a name and is none of its own: the unit is unknown, numbers are taken as they are"
             ));
-            Unit::Unknown
         }
         Length::Other(name) => {
             let name = loftsman_kernel::text::clip(name);
             account.note(format!("the unit \"{name}\" is none that is known: numbers are taken as they are"));
-            Unit::Unknown
         }
-    };
+    }
     account.finish(scene)
 }

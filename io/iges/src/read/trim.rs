@@ -56,7 +56,7 @@ impl Reader<'_, '_> {
                     match open {
                         // What does not close bounds nothing: surfaces by themselves are told apart from parts of them.
                         Some(gap) if inner.is_empty() => {
-                            let gap = loftsman_kernel::text::short(gap);
+                            let gap = self.told(gap);
                             self.change(
                                 place,
                                 &format!("its boundary does not close, by {gap}: the whole surface is kept"),
@@ -167,7 +167,7 @@ impl Reader<'_, '_> {
                 return Ok(Err("a parameter curve runs askew over angles".to_owned()));
             };
             if let Some(off) = self.disagreement(&whole.surface, &curves, boundary)? {
-                let off = loftsman_kernel::text::short(off);
+                let off = self.told(off);
                 return Ok(Err(format!("a parameter curve is {off} off its model curve")));
             }
             laid.push(curves);
@@ -254,8 +254,7 @@ impl Reader<'_, '_> {
                 let off = net.iter().map(|p| plane(p).z.abs()).fold(0.0, f64::max);
                 let reach = net.iter().map(|p| p.coords.amax()).fold(size, f64::max);
                 if off > self.near(10.0 * reach) {
-                    let text =
-                        format!("a boundary is up to {} off its plane", loftsman_kernel::text::short(off));
+                    let text = format!("a boundary is up to {} off its plane", self.told(off));
                     return Err(Problem::new(boundary.place, text));
                 }
                 let flat = net.iter().map(plane).map(|p| Point::new(p.x, p.y, 0.0)).collect();

@@ -21,6 +21,17 @@ pub(crate) enum Length {
     Other(String),
 }
 
+impl Length {
+    /// The unit of the file's lengths.
+    pub(crate) fn unit(&self) -> Unit {
+        match self {
+            Self::Known(unit) => *unit,
+            Self::Unsaid => Unit::Inch,
+            Self::Nameless(_) | Self::Other(_) => Unit::Unknown,
+        }
+    }
+}
+
 /// What the global section says.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Global {

@@ -205,8 +205,12 @@ impl Reader {
         let used: BTreeSet<u32> = self.used.iter().copied().collect();
         let weights = self.raw.weighted().filter(|v| !used.contains(v)).count();
         self.leave_out("weights of vertices that no curve or surface uses", weights);
-        let unused = (0..self.groups.list.len()).filter(|g| !self.groups_used.contains(g)).count();
-        self.leave_out("groups (g) that have no elements", unused);
+        let unused: Vec<usize> =
+            (0..self.groups.list.len()).filter(|g| !self.groups_used.contains(g)).collect();
+        if let Some(&first) = unused.first() {
+            let line = self.group_lines.get(first).copied().unwrap_or_default();
+            self.leave_out_at("groups (g) that have no elements", unused.len(), line);
+        }
         self.account(&uses, report);
         Ok(())
     }

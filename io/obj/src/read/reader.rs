@@ -51,11 +51,13 @@ pub(crate) struct Reader {
     /// The section that elements go to, once it has any.
     current: Option<usize>,
     current_name: String,
-    /// Whether the current name came with a statement of its own.
-    pending: bool,
+    /// The line of the statement that the current name came with, until elements follow or another name.
+    pending: Option<usize>,
     split: Split,
     state: State,
     pub(crate) groups: Names,
+    /// The line that first names each group.
+    pub(crate) group_lines: Vec<usize>,
     /// Groups that some element was in.
     pub(crate) groups_used: BTreeSet<usize>,
     pub(crate) materials: Names,
@@ -98,10 +100,11 @@ impl Reader {
             by_name: HashMap::new(),
             current: None,
             current_name: String::new(),
-            pending: false,
+            pending: None,
             split,
             state: State::default(),
             groups: Names::default(),
+            group_lines: Vec::new(),
             groups_used: BTreeSet::new(),
             materials: Names::default(),
             libraries: Vec::new(),
@@ -217,9 +220,11 @@ impl Reader {
 
     /// Counts an object that nothing came after.
     pub(crate) fn empty_before(&mut self) {
-        if std::mem::take(&mut self.pending) && !self.by_name.contains_key(&self.current_name) {
+        if let Some(line) = self.pending.take()
+            && !self.by_name.contains_key(&self.current_name)
+        {
             self.kept -= 1;
-            self.leave_out("names of objects (o, or g) that have no elements", 1);
+            self.leave_out_at("names of objects (o, or g) that have no elements", 1, line);
         }
     }
 
@@ -238,10 +243,10 @@ impl Reader {
     }
 
     /// Goes on with the section of a name; the name of nothing is that of the file.
-    fn switch(&mut self, name: String) {
+    fn switch(&mut self, name: String, line: usize) {
         self.kept += 1;
         self.empty_before();
-        self.pending = true;
+        self.pending = Some(line);
         self.current_name = name;
         self.current = None;
     }
@@ -249,9 +254,9 @@ impl Reader {
     fn mark(&mut self, mark: &Mark<'_>, before: Counts) -> Result<(), At> {
         let rest = mark.rest.as_ref();
         match mark.known {
-            Known::Object if self.split == Split::Object => self.switch(name(rest)),
+            Known::Object if self.split == Split::Object => self.switch(name(rest), mark.line),
             Known::Object => self.leave_out("objects (o) were not asked for", 1),
-            Known::Group if self.split == Split::Group => self.switch(name(rest)),
+            Known::Group if self.split == Split::Group => self.switch(name(rest), mark.line),
             Known::Group => self.group(rest, mark.line),
             Known::Smoothing => self.smoothing(rest)?,
             Known::Material => {
@@ -313,6 +318,9 @@ impl Reader {
                 continue;
             }
             let place = self.groups.place(name);
+            if place == self.group_lines.len() {
+                self.group_lines.push(line);
+            }
             if !self.state.groups.contains(&place) {
                 self.state.groups.push(place);
             }
