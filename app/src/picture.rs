@@ -55,7 +55,7 @@ pub struct Look {
     pub faces: Faces,
     /// Labels of marks.
     pub labels: bool,
-    /// Parameters beside curves and along edges of surfaces.
+    /// Parameters beside curves, and those of lines of equal `u` and `v` on surfaces.
     pub parameters: bool,
     /// Marks of what was asked.
     pub marks: bool,

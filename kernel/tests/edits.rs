@@ -213,7 +213,7 @@ fn tangent_direction_and_magnitude() {
     let (curve, u) = (twelve(), 4.3);
     let turned = Edit::new(&curve)
         .ask(position(u).keep())
-        .ask(tangent(u).along([1.0, 1.0, 0.5]).hold())
+        .ask(tangent(u).direction([1.0, 1.0, 0.5]).hold())
         .ask(magnitude(u).keep())
         .solve()
         .unwrap();

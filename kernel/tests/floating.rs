@@ -456,7 +456,7 @@ fn directions_float_to_where_they_cost_least() {
     let size = |edited: &Curve| measured(&curve, edited, &Metric::Least);
     // Level somewhere: at its crest.
     for ask in
-        [orthogonal(near(2.0), [0.0, 1.0, 0.0]).hold(), tangent(near(2.0)).along([1.0, 0.0, 0.0]).hold()]
+        [orthogonal(near(2.0), [0.0, 1.0, 0.0]).hold(), tangent(near(2.0)).direction([1.0, 0.0, 0.0]).hold()]
     {
         let level = Edit::new(&curve).ask(ask).solve().unwrap();
         let at = level.report().constraints[0].location.clone().unwrap()[0];
@@ -465,8 +465,9 @@ fn directions_float_to_where_they_cost_least() {
     }
     // Out of its plane it leans nowhere.
     let lean = Vector::new(1.0, 0.0, 1.0);
-    let cost = |u: f64| size(Edit::new(&curve).ask(tangent(u).along(lean).hold()).solve().unwrap().shape());
-    let floats = Edit::new(&curve).ask(tangent(near(4.4)).along(lean).hold()).solve().unwrap();
+    let cost =
+        |u: f64| size(Edit::new(&curve).ask(tangent(u).direction(lean).hold()).solve().unwrap().shape());
+    let floats = Edit::new(&curve).ask(tangent(near(4.4)).direction(lean).hold()).solve().unwrap();
     let at = floats.report().constraints[0].location.clone().unwrap()[0];
     let slope = floats.shape().derivative(at, 1).unwrap();
     assert!(slope.cross(&lean).norm() < 1e-11 * slope.norm(), "{slope}");

@@ -492,7 +492,7 @@ fn what_was_not_solved_for_is_said() {
     let curve = Curve::new(Space::clamped_uniform(3, 8).unwrap(), points).unwrap();
     let mut session = Edit::new(&curve).handle(position(2.0)).prepare(Automatic).unwrap();
     session.to_point(Point::new(2.0, 1.0, 0.0)).unwrap();
-    session.add(tangent(4.0).along([1.0, 1.0, 0.0]).hold()).unwrap();
+    session.add(tangent(4.0).direction([1.0, 1.0, 0.0]).hold()).unwrap();
     let report = session.commit().unwrap().report().clone();
     assert!(report.residual > 0.1 && report.to_string().contains("nothing has been solved for"), "{report}");
     let mut session =

@@ -67,7 +67,7 @@ fn a_tangent_with_a_direction_is_made_parallel_when_it_is_kept() {
             assert!(first.cross(&way).norm() < 1e-13, "{first}");
             assert!(curve().derivative(u, 1).unwrap().normalize().cross(&way).norm() > 0.1);
             assert_eq!(kept, said, "keep = true is how conditions are said, too");
-            let from_rust = Edit::new(&curve()).ask(tangent(u).along(direction).keep()).solve().unwrap();
+            let from_rust = Edit::new(&curve()).ask(tangent(u).direction(direction).keep()).solve().unwrap();
             assert_eq!(from_rust.shape(), &kept);
         }
     }

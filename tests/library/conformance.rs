@@ -206,8 +206,14 @@ fn every_functional() {
                 vec![(curves(), json!({ "at": 0.9 }))]
             }
             "derivative" => vec![(curves(), json!({ "at": 0.9, "order": 3 }))],
-            "orthogonal" => vec![(curves(), json!({ "at": 0.9, "to": [1, 2, 3] }))],
-            "normal" => vec![(surfaces(), json!({ "at": [0.9, 1.3], "to": [1, 2, 3] }))],
+            "orthogonal" => vec![
+                (curves(), json!({ "at": 0.9, "direction": [1, 2, 3] })),
+                (curves(), json!({ "at": 0.9, "to": [1, 2, 3] })),
+            ],
+            "normal" => vec![
+                (surfaces(), json!({ "at": [0.9, 1.3], "direction": [1, 2, 3] })),
+                (surfaces(), json!({ "at": [0.9, 1.3], "to": [1, 2, 3] })),
+            ],
             "vertex" => vec![(curves(), json!({ "index": -1 })), (surfaces(), json!({ "index": 4 }))],
             "linear" => vec![(curves(), json!({ "terms": [{ "vertex": 0, "vector": [1, 2, 3] }] }))],
             "join" => {

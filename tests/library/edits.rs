@@ -41,7 +41,7 @@ fn constraint(value: &Value) -> Constraint {
         "position" => Arc::new(position(at())),
         "derivative" => Arc::new(derivative(at(), value["order"].as_u64().unwrap() as usize)),
         "vertex" => Arc::new(vertex(value["index"].as_i64().unwrap())),
-        "tangent" => Arc::new(tangent(at()).along(vector(&value["direction"]))),
+        "tangent" => Arc::new(tangent(at()).direction(vector(&value["direction"]))),
         "orthogonal" => Arc::new(orthogonal(at(), vector(&value["to"]))),
         "linear" => Arc::new(linear(
             list(value, "terms").map(|t| (t["vertex"].as_i64().unwrap(), vector(&t["vector"]))),

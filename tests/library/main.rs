@@ -15,5 +15,6 @@ mod losses;
 mod mutated;
 mod solids;
 mod tables;
+mod vocabulary;
 mod walk;
 mod work;

@@ -59,7 +59,7 @@ pub const FIELDS: &[Field] = &[
         "parameters",
         "true | false",
         "false",
-        "parameters written beside curves and along two edges of surfaces: what `at` takes",
+        "parameters written beside curves, and those of lines of equal u and v on surfaces: what `at` takes",
     ),
     Field::optional("marks", "true | false", "true", "what was asked: points moved and kept, directions, …"),
     Field::optional("legend", "true | false", "true", "what is what, axes and scale"),

@@ -132,3 +132,49 @@ fn a_label_on_a_line_is_found() {
         [1, 0, 1]
     );
 }
+
+/// What `at` takes is read from a picture of every example's shapes: at least the ends and the middle of each direction, or as many as
+/// there are places of their own; and no number stands on a line.
+#[test]
+fn parameters_are_read_from_the_pictures_of_all_examples() {
+    let examples = loftsman_tests::repository().join("examples");
+    let bench = crate::LOFTSMAN.bench();
+    let mut drawn = 0;
+    let mut files: Vec<_> = std::fs::read_dir(examples)
+        .unwrap()
+        .flat_map(|folder| std::fs::read_dir(folder.unwrap().path()).into_iter().flatten())
+        .map(|file| file.unwrap().path())
+        .filter(|path| path.to_string_lossy().ends_with(".loft.json"))
+        .collect();
+    files.sort();
+    for path in files {
+        let scene = loftsman::read_scene(&path).unwrap();
+        let name = path.to_string_lossy();
+        for object in scene.objects() {
+            let least = match object.geometry() {
+                loftsman::kernel::scene::Geometry::Curve(_) => 3,
+                loftsman::kernel::scene::Geometry::Surface(_) => 6,
+                _ => continue,
+            };
+            bench.done(&["plot", &name, "p.svg", "--parameters", "--object", object.name()]);
+            let svg = String::from_utf8(bench.read("p.svg")).unwrap();
+            let found = faults(&svg);
+            assert!(found.is_empty(), "{name}, {}: {found:#?}", object.name());
+            let places: usize = svg
+                .split("<path class=\"parameters\" d=\"")
+                .skip(1)
+                .map(|data| data.split('"').next().unwrap().matches('M').count())
+                .sum();
+            let labels = svg.matches("class=\"label\"").count();
+            // Places that are one share a label, and a closed shape has one fewer.
+            let words = svg.split("class=\"label\"").skip(1).map(|label| label.split_once('>').unwrap().1);
+            let named: usize = words
+                .map(|words| words.split("</").next().unwrap())
+                .map(|words| words.split([' ', ',']).filter(|word| word.parse::<f64>().is_ok()).count())
+                .sum();
+            assert!(named >= least.min(places), "{name}, {}: {named} of {places}, {labels}", object.name());
+            drawn += 1;
+        }
+    }
+    assert!(drawn >= 20, "{drawn}");
+}

@@ -123,6 +123,16 @@ fn plugins_lists_everything_with_its_fields() {
     assert!(known["solvers"].as_array().unwrap().iter().any(|s| s == "householder-qr"));
     let text = bench.done(&["plugins", "edit"]);
     assert!(text.contains("constraints") && text.contains("solver"), "{text}");
+    // Formats are found by the endings of their files, and the formats of pictures have the fields of pictures.
+    for (ending, name) in [("glb", "gltf"), (".STP", "step"), ("obj", "obj")] {
+        let formats = bench.json(&["plugins", ending])["formats"].clone();
+        assert!(formats.as_array().unwrap().len() == 1 && formats[0]["name"] == name, "{ending}: {formats}");
+    }
+    let picture = bench.json(&["plugins", "picture"]);
+    assert!(picture["picture"].to_string().contains("parameters"), "{picture}");
+    for ending in ["svg", "png", ".png"] {
+        assert_eq!(bench.json(&["plugins", ending]), picture, "{ending}");
+    }
 }
 
 #[test]

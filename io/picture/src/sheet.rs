@@ -197,24 +197,23 @@ pub(crate) struct Scale {
 }
 
 impl Scale {
-    /// Whether there are values beyond its ends by more than a part of these.
-    fn is_exceeded_by(&self, part: f64) -> bool {
-        self.range.0.abs().max(self.range.1.abs()) > self.end * (1.0 + part)
-    }
-
     /// Whether there are values beyond its ends at all.
     pub(crate) fn is_exceeded(&self) -> bool {
-        self.is_exceeded_by(1e-6)
+        self.range.0.abs().max(self.range.1.abs()) > self.end * (1.0 + 1e-6)
     }
 
-    /// Its title; where values are well beyond its ends, which have two figures, with the least and the largest.
+    /// Its title; where values are well beyond an end, which has two figures, with the value furthest beyond it.
     pub(crate) fn title(&self) -> String {
+        const WELL: f64 = 1.05;
         let (least, most) = self.range;
-        if self.is_exceeded_by(0.05) {
-            format!("{}, from {} to {}", self.words, text::number(least), text::number(most))
-        } else {
-            self.words.clone()
+        let mut title = self.words.clone();
+        if least < -WELL * self.end {
+            title += &format!(", the least {}", text::number(least));
         }
+        if most > WELL * self.end {
+            title += &format!(", the largest {}", text::number(most));
+        }
+        title
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::Vector;
 use crate::declare::{Field, ParameterError, Parameters};
 use crate::shape::Location;
 use crate::text::measured;
@@ -132,6 +133,26 @@ pub(super) const ALONG_CURVE: [Field; 2] = [
         "instead of at: the location floats, from here to where the change is least",
     ),
 ];
+
+/// The direction of kinds that need one. It is called `direction` wherever there is one, and `to` in recipes as they were written first.
+pub(super) const DIRECTION: [Field; 2] = [
+    Field::optional(
+        "direction",
+        "[x, y, z]",
+        "this or to is needed",
+        "the direction; its length does not matter",
+    ),
+    Field::optional("to", "[x, y, z]", "this or direction is needed", "the same as direction"),
+];
+
+/// That direction, whichever way it is given.
+pub(super) fn direction(parameters: &Parameters) -> Result<Vector, ParameterError> {
+    match (parameters.has("direction"), parameters.has("to")) {
+        (true, true) => Err(parameters.error("to", "direction says it already: leave one of them out")),
+        (false, true) => parameters.vector("to"),
+        _ => parameters.vector("direction"),
+    }
+}
 
 /// The same of a kind that is asked of surfaces.
 pub(super) const ON_SURFACE: [Field; 2] = [

@@ -1,10 +1,10 @@
 //! The normal of a surface.
 
-use super::at::{At, ON_SURFACE, at_a_place};
+use super::at::{At, DIRECTION, ON_SURFACE, at_a_place, direction};
 use super::position::OBJECT;
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use crate::Vector;
-use crate::declare::{Declaration, Field, ParameterError, Parameters};
+use crate::declare::{Declaration, ParameterError, Parameters};
 use crate::error::{Error, Result};
 use crate::shape::Derivative;
 
@@ -13,12 +13,12 @@ use crate::shape::Derivative;
 pub struct Normal {
     on: On,
     at: At,
-    to: Vector,
+    direction: Vector,
 }
 
 /// The surface normal at `(u, v)`, or at a place of a face, or [near](super::near()) one, which floats, parallel to a direction.
-pub fn normal(at: impl Into<At>, to: impl Into<Vector>) -> Normal {
-    Normal { on: On::default(), at: at.into(), to: to.into() }
+pub fn normal(at: impl Into<At>, direction: impl Into<Vector>) -> Normal {
+    Normal { on: On::default(), at: at.into(), direction: direction.into() }
 }
 
 impl Normal {
@@ -30,7 +30,7 @@ impl Normal {
     }
 
     fn unit(&self) -> Result<Vector> {
-        crate::direction(&self.to).ok_or_else(|| {
+        crate::direction(&self.direction).ok_or_else(|| {
             Error::Invalid(format!("{}: the direction is the zero vector; give one", self.describe()))
         })
     }
@@ -95,7 +95,7 @@ impl DeclaredFunctional for Normal {
     const DECLARATION: Declaration = Declaration {
         name: "normal",
         help: "the surface normal parallel to a direction",
-        fields: &[ON_SURFACE[0], ON_SURFACE[1], Field::required("to", "[x, y, z]", "the direction"), OBJECT],
+        fields: &[ON_SURFACE[0], ON_SURFACE[1], DIRECTION[0], DIRECTION[1], OBJECT],
     };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
@@ -106,6 +106,6 @@ impl DeclaredFunctional for Normal {
                 "a surface's normal is asked at [u, v]; on a curve, ask for the tangent, or that it be orthogonal",
             ));
         }
-        Ok(Self { on: On::from_parameters(parameters, names)?, at, to: parameters.vector("to")? })
+        Ok(Self { on: On::from_parameters(parameters, names)?, at, direction: direction(parameters)? })
     }
 }

@@ -1,11 +1,11 @@
 //! A curve's tangent perpendicular to a direction.
 
-use super::at::{ALONG_CURVE, At, at_a_place};
+use super::at::{ALONG_CURVE, At, DIRECTION, at_a_place, direction};
 use super::on::{curve_at, of_a_curve};
 use super::position::OBJECT;
 use super::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes, derivative, tangent};
 use crate::Vector;
-use crate::declare::{Declaration, Field, ParameterError, Parameters};
+use crate::declare::{Declaration, ParameterError, Parameters};
 use crate::error::{Error, Result};
 use crate::shape::Derivative;
 
@@ -14,12 +14,12 @@ use crate::shape::Derivative;
 pub struct Orthogonal {
     on: On,
     at: At,
-    to: Vector,
+    direction: Vector,
 }
 
 /// The tangent at `u`, or [near](super::near()) one, which floats, orthogonal to a direction.
-pub fn orthogonal(at: impl Into<At>, to: impl Into<Vector>) -> Orthogonal {
-    Orthogonal { on: On::default(), at: at.into(), to: to.into() }
+pub fn orthogonal(at: impl Into<At>, direction: impl Into<Vector>) -> Orthogonal {
+    Orthogonal { on: On::default(), at: at.into(), direction: direction.into() }
 }
 
 impl Orthogonal {
@@ -31,7 +31,7 @@ impl Orthogonal {
     }
 
     fn unit(&self) -> Result<Vector> {
-        crate::direction(&self.to).ok_or_else(|| {
+        crate::direction(&self.direction).ok_or_else(|| {
             Error::Invalid(format!("{}: the direction is the zero vector; give one", self.describe()))
         })
     }
@@ -51,7 +51,8 @@ impl Functional for Orthogonal {
     }
 
     fn describe(&self) -> String {
-        format!("orthogonal to [{}, {}, {}] {}{}", self.to.x, self.to.y, self.to.z, self.at, self.on)
+        let [x, y, z] = [self.direction.x, self.direction.y, self.direction.z];
+        format!("orthogonal to [{x}, {y}, {z}] {}{}", self.at, self.on)
     }
 
     fn supersedes(&self, companion: &dyn Functional) -> bool {
@@ -94,16 +95,11 @@ impl DeclaredFunctional for Orthogonal {
     const DECLARATION: Declaration = Declaration {
         name: "orthogonal",
         help: "the tangent C' perpendicular to a direction",
-        fields: &[
-            ALONG_CURVE[0],
-            ALONG_CURVE[1],
-            Field::required("to", "[x, y, z]", "the direction"),
-            OBJECT,
-        ],
+        fields: &[ALONG_CURVE[0], ALONG_CURVE[1], DIRECTION[0], DIRECTION[1], OBJECT],
     };
 
     fn from_parameters(parameters: &Parameters, names: &mut dyn ShapeNames) -> Result<Self, ParameterError> {
         let at = curve_at(parameters)?;
-        Ok(Self { on: On::from_parameters(parameters, names)?, at, to: parameters.vector("to")? })
+        Ok(Self { on: On::from_parameters(parameters, names)?, at, direction: direction(parameters)? })
     }
 }

@@ -22,8 +22,8 @@ pub struct Tangent {
     direction: Option<Vector>,
 }
 
-/// The tangent direction at `u`, or [near](super::near()) one, which floats: the present one, to be kept, unless [`along`](Tangent::along) gives
-/// another.
+/// The tangent direction at `u`, or [near](super::near()) one, which floats: the present one, to be kept, unless
+/// [`direction`](Tangent::direction) gives another.
 pub fn tangent(at: impl Into<At>) -> Tangent {
     Tangent { on: On::default(), at: at.into(), direction: None }
 }
@@ -31,7 +31,7 @@ pub fn tangent(at: impl Into<At>) -> Tangent {
 impl Tangent {
     /// The direction that the tangent should have. Its length does not matter.
     #[must_use]
-    pub fn along(mut self, direction: impl Into<Vector>) -> Self {
+    pub fn direction(mut self, direction: impl Into<Vector>) -> Self {
         self.direction = Some(direction.into());
         self
     }

@@ -89,7 +89,7 @@ fn what_is_asked_of_the_tangent_decides_what_stands_still() {
     let to = Vector::new(0.3, 1.0, 0.2);
     let edits = [
         Edit::new(&before).ask(orthogonal(U, to).hold()).ask(curvature(U).keep()),
-        Edit::new(&before).ask(tangent(U).along(old.tangent + to * 0.3).keep()).ask(curvature(U).keep()),
+        Edit::new(&before).ask(tangent(U).direction(old.tangent + to * 0.3).keep()).ask(curvature(U).keep()),
         Edit::new(&before)
             .ask(derivative(U, 1).axis(loftsman_kernel::edit::Axis::Y).by(0.4))
             .ask(curvature(U).keep()),

@@ -99,8 +99,8 @@ fn a_direction_comes_to_where_it_costs_least() {
             let mut simulation = rope(degree, 0.05, Scheme::Implicit, 2.0);
             advance(&mut simulation, 24);
             let functional = match at {
-                Some(u) => tangent(u).along(lean),
-                None => tangent(near(6.0)).along(lean),
+                Some(u) => tangent(u).direction(lean),
+                None => tangent(near(6.0)).direction(lean),
             };
             let held = simulation.hold(holds(Arc::new(functional)), 0.05).unwrap();
             advance(&mut simulation, 24);
@@ -122,7 +122,7 @@ fn a_direction_comes_to_where_it_costs_least() {
     for scheme in [Scheme::Exact, Scheme::Epsilon] {
         let mut simulation = rope(3, 0.05, scheme, 0.0);
         simulation.settle_without_corners().unwrap();
-        let held = simulation.hold(holds(Arc::new(tangent(near(6.0)).along(lean))), 0.04).unwrap();
+        let held = simulation.hold(holds(Arc::new(tangent(near(6.0)).direction(lean))), 0.04).unwrap();
         advance(&mut simulation, 24);
         let before = simulation.energy();
         for _ in 0..24 {

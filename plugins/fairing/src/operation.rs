@@ -118,7 +118,7 @@ impl Problem {
             fair = fair.within(distance);
         }
         for other in &shapes[1..] {
-            fair = fair.beside(other.boxed());
+            fair = fair.with(other.boxed());
         }
         for constraint in &self.constraints {
             fair = fair.ask(constraint.clone());

@@ -228,7 +228,7 @@ fn another_shape_that_is_joined_stays_as_it_is() {
     let (a, b) = (wild(Space::clamped_uniform(3, 9).unwrap()), wild(Space::clamped_uniform(3, 8).unwrap()));
     let joined = Fair::new(&a)
         .energy(variation())
-        .beside(Box::new(b.clone()))
+        .with(Box::new(b.clone()))
         .ask(position(0.0).keep())
         .ask(join(6.0, 1, 0.0, 2).hold())
         .solve()

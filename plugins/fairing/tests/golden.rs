@@ -58,7 +58,7 @@ fn fair<S: Shape + Clone>(shape: &S, case: &Value, number: usize) -> (Vec<Point>
     for asked in case["constraints"].as_array().unwrap() {
         let (at, wanted) = (location(&asked[1]), Vector::from_vec(numbers(&asked[3])));
         fair = fair.ask(match (asked[0].as_str().unwrap(), at) {
-            ("tangent", Location::Curve(u)) => tangent(u).along(wanted).hold(),
+            ("tangent", Location::Curve(u)) => tangent(u).direction(wanted).hold(),
             (_, Location::Curve(u)) => derivative(u, asked[2].as_u64().unwrap() as usize).to(wanted),
             (_, at) => {
                 let orders = [asked[2][0].as_u64().unwrap() as usize, asked[2][1].as_u64().unwrap() as usize];

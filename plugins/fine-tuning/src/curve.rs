@@ -154,13 +154,6 @@ impl FineTune {
         self
     }
 
-    /// The solver of these equations.
-    #[must_use]
-    pub fn solver(mut self, solver: impl Solver + 'static) -> Self {
-        self.solver = Arc::new(solver);
-        self
-    }
-
     /// Lets α be what it is where it is not positive: tangents turn round there.
     #[must_use]
     pub fn any_sign(mut self) -> Self {
@@ -173,6 +166,15 @@ impl FineTune {
     pub fn force(mut self) -> Self {
         self.forced = true;
         self
+    }
+
+    /// The same with a solver of one's own for these equations.
+    ///
+    /// # Errors
+    /// As for [`solve`](Self::solve).
+    pub fn solve_with(mut self, solver: impl Solver + 'static) -> Result<Tuned> {
+        self.solver = Arc::new(solver);
+        self.solve()
     }
 
     /// The tuned curve. `O(n)` but for what is asked beyond the ends.

@@ -204,7 +204,7 @@ impl Operation for FineTuneOperation {
         let solver = parameters.text_or("solver", "automatic")?;
         let solver = context.registry.find_solver(solver, &format!("{}.solver", parameters.path()))?;
         let start = context.clock.seconds();
-        let tuned = tune.solver(Arc::clone(solver)).solve()?;
+        let tuned = tune.solve_with(Arc::clone(solver))?;
         let seconds = context.clock.seconds() - start;
         let report = report(&object, &curve, tuned.curve(), tuned.report(), seconds, (ends, &asked));
         put_back(scene, &object, tuned.curve())?;

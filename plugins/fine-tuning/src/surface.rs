@@ -161,18 +161,20 @@ impl FineTuneSurface {
         self
     }
 
-    /// The solver of the equations for α.
-    #[must_use]
-    pub fn solver(mut self, solver: impl Solver + 'static) -> Self {
-        self.solver = Arc::new(solver);
-        self
-    }
-
     /// Lets α be what it is where it is not positive: tangents turn round there.
     #[must_use]
     pub fn any_sign(mut self) -> Self {
         self.any_sign = true;
         self
+    }
+
+    /// The same with a solver of one's own for the equations for α.
+    ///
+    /// # Errors
+    /// As for [`solve`](Self::solve).
+    pub fn solve_with(mut self, solver: impl Solver + 'static) -> Result<TunedSurface> {
+        self.solver = Arc::new(solver);
+        self.solve()
     }
 
     /// The tuned surface. `O(n)` for free ends; exact ones solve `e` equations for `m` values of α, at most `O(m e²)`; both

@@ -184,7 +184,7 @@ fn directions_held_at_the_ends() {
         let mut fit = Fit::new(3 + (seed % 3) as usize, Target::Relative(1e-2));
         let along = *next - first;
         fit.constraints = vec![if seed % 2 == 0 {
-            tangent(0.0).along(<[f64; 3]>::from(along.normalize())).hold()
+            tangent(0.0).direction(<[f64; 3]>::from(along.normalize())).hold()
         } else {
             let speed = fit_length(&member.points);
             derivative(0.0, 1).to(<[f64; 3]>::from(along.normalize() * speed))

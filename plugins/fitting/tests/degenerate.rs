@@ -193,7 +193,7 @@ fn constraints_hold_exactly() {
         fit.constraints = vec![
             position(0.5).to(<[f64; 3]>::from(place.coords)),
             derivative(0.5, 1).to(<[f64; 3]>::from(slope)),
-            tangent(0.25).along([1.0, 1.0, 0.5]).hold(),
+            tangent(0.25).direction([1.0, 1.0, 0.5]).hold(),
             orthogonal(0.8, [0.0, 0.0, 1.0]).hold(),
             linear([(3, Vector::x()), (-2, Vector::y())]).to(0.7),
         ];

@@ -1,8 +1,10 @@
 //! `plugins [NAME] [--json]`: everything that is known by name, with all fields.
 
 use std::fmt::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
+use crate::picture_name::is_picture;
 use crate::recipe;
 use loftsman_kernel::plugin::{Declaration, Field, FormatDeclaration, Registry, Table, nearest};
 
@@ -66,6 +68,10 @@ impl Known {
             "wish" | "wishes" => Self { wishes: self.wishes, ..none },
             "recipe" => Self { recipe: self.recipe, ..none },
             "picture" => Self { picture: self.picture, ..none },
+            // What files that are pictures are written by.
+            _ if !self.picture.is_empty() && is_picture(Path::new(&format!("x.{}", bare(word)))) => {
+                Self { picture: self.picture, ..none }
+            }
             "document" => Self { document: self.document, ..none },
             _ => return None,
         })
@@ -116,9 +122,12 @@ impl Known {
         })
     }
 
-    /// The entries of one name, a constraint with what every constraint takes.
+    /// The entries of one name, a constraint with what every constraint takes, a format by the ending of its files as well.
     fn entry(mut self, name: &str) -> Option<Self> {
-        self.formats.retain(|f| f.name == name);
+        let ending = bare(name);
+        let ends_so = |f: &FormatDeclaration| f.extensions.iter().any(|e| e.eq_ignore_ascii_case(ending));
+        let named = self.formats.iter().any(|f| f.name == name);
+        self.formats.retain(|f| f.name == name || !named && ends_so(f));
         self.operations.retain(|o| o.declaration.name == name);
         self.constraints.retain(|c| c.name == name);
         self.solvers.retain(|s| s == name);
@@ -132,6 +141,11 @@ impl Known {
         }
         Some(Self { recipe: Vec::new(), picture: Vec::new(), document: Vec::new(), ..self })
     }
+}
+
+/// An ending of files without its dot.
+fn bare(ending: &str) -> &str {
+    ending.strip_prefix('.').unwrap_or(ending)
 }
 
 /// What all of a sort are called.

@@ -55,12 +55,10 @@ pub(crate) fn draw(caption: &Caption, facts: &Facts<'_>) -> (String, f64) {
     let (start, end) = (margin + room, width - margin);
     let (mut x, mut y) = (start, top + 1.5);
     for scale in &caption.scales {
-        out.push_str(&words_at(
-            &text::fitting(&scale.title(), SIZE, end - x),
-            x,
-            y + 0.35 * SIZE,
-            theme.ink(),
-        ));
+        for (i, line) in text::wrapped(&scale.title(), SIZE, end - x).iter().enumerate() {
+            y += if i > 0 { 0.85 * ROW } else { 0.0 };
+            out.push_str(&words_at(&text::fitting(line, SIZE, end - x), x, y + 0.35 * SIZE, theme.ink()));
+        }
         let ends = (scale.end, scale.is_exceeded());
         out.push_str(&color_bar(theme, ends, BAR.min(end - x), [x, y + ROW]));
         y += 3.0 * ROW;

@@ -24,7 +24,7 @@ pub(super) fn tuned(
     let ends = ends(parameters)?;
     check_solved(parameters, ends)?;
     let scaling = scaling(parameters, surface)?;
-    let mut tune = FineTuneSurface::new(surface, scaling.clone()).ends(ends).solver(solver);
+    let mut tune = FineTuneSurface::new(surface, scaling.clone()).ends(ends);
     for place in places(parameters, "alpha_at")? {
         let direction = match &scaling {
             Scaling::Directional { u: Some(_), v: None } => Direction::U,
@@ -49,7 +49,7 @@ pub(super) fn tuned(
     if parameters.flag("any_sign")? {
         tune = tune.any_sign();
     }
-    let tuned = tune.solve()?;
+    let tuned = tune.solve_with(solver)?;
     let report = report(surface, tuned.surface(), tuned.report());
     Ok((tuned.into_surface(), report))
 }

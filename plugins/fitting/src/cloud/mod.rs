@@ -123,10 +123,10 @@ impl<S: Shape + Clone> CloudFit<S> {
         self
     }
 
-    /// Adds a shape that constraints look at: the next number (1, 2, …) for functionals' `on`. It stays as it is, other than those that an edit is
-    /// `with`, which may move.
+    /// Adds another shape to the problem: the next number (1, 2, …) for functionals' `on`. Constraints look at it, and it stays as it is; in an
+    /// [edit](Edit::with) it may move, too.
     #[must_use]
-    pub fn beside(mut self, shape: Box<dyn Shape>) -> Self {
+    pub fn with(mut self, shape: Box<dyn Shape>) -> Self {
         self.others.push(shape);
         self
     }

@@ -40,7 +40,7 @@ const DECLARATION: Declaration = Declaration {
         Field::optional("weights", "[numbers]", "all 1", "a positive weight a point"),
         Field::optional(
             "energy",
-            "\"stretch\" | \"bend\" | \"variation\"",
+            "\"stretch\" | \"membrane\" | \"bend\" | \"thin-plate\" | \"variation\"",
             "\"bend\"",
             "what the shape has little of beside (not where fair = 0)",
         ),
@@ -112,7 +112,7 @@ impl Operation for FitShape {
         let points = points(scene, from, &names)?;
         let (mut fit, unfair) = fit_of(parameters, shapes[0].as_ref(), CloudFit::new(&shapes[0]))?;
         for other in &shapes[1..] {
-            fit = fit.beside(other.boxed());
+            fit = fit.with(other.boxed());
         }
         fit = constraints.iter().cloned().fold(fit, CloudFit::ask);
         let start = context.clock.seconds();
@@ -177,7 +177,9 @@ fn fit_of(
     mut fit: AnyFit,
 ) -> Result<(AnyFit, Option<String>), ParameterError> {
     let mut unfair = None;
-    let order = parameters.choice_or("energy", &[("stretch", 1), ("bend", 2), ("variation", 3)], 2)?;
+    // The words that `fair` knows.
+    let words = [("stretch", 1), ("membrane", 1), ("bend", 2), ("thin-plate", 2), ("variation", 3)];
+    let order = parameters.choice_or("energy", &words, 2)?;
     let weight = if parameters.has("fair") { Some(parameters.number("fair")?) } else { None };
     match weight {
         Some(weight) if !(weight >= 0.0 && weight.is_finite()) => {
