@@ -6,7 +6,7 @@
 //! piece, within a bracket: no more looks at the curve.
 
 use super::Curve;
-use super::length::{DEPTH, HALVINGS, Length, finite};
+use super::length::{DEPTH, HALVINGS, Length, Speeds, finite};
 use crate::error::{Error, Result};
 use crate::quadrature::gauss_legendre;
 
@@ -43,6 +43,8 @@ struct Rough {
     error: f64,
     /// What of the error no halving takes away, as parameters are rounded.
     noise: f64,
+    /// Which span of the curve it is of.
+    span: usize,
     depth: usize,
 }
 
@@ -83,8 +85,10 @@ impl Curve {
         let flat = self.space().flat();
         let aim = accuracy.max(256.0 * f64::EPSILON);
         // Later pieces first, so that the list is worked off from its end.
+        let speeds = Speeds::of(self)?;
+        let spans = self.space().spans().enumerate();
         let mut todo: Vec<Rough> =
-            self.space().spans().map(|span| rule.piece(self, flat[span], flat[span + 1], 0)).collect();
+            spans.map(|(k, span)| rule.piece(&speeds, k, [flat[span], flat[span + 1]], 0)).collect();
         todo.reverse();
         let rough: f64 = todo.iter().map(|piece| piece.length).sum();
         // As for lengths: at a cusp the error shrinks only against the whole.
@@ -98,8 +102,8 @@ impl Curve {
             let done = piece.error <= enough || piece.depth >= DEPTH || halvings == 0;
             if !done && piece.from < middle && middle < piece.to {
                 halvings -= 1;
-                todo.push(rule.piece(self, middle, piece.to, piece.depth + 1));
-                todo.push(rule.piece(self, piece.from, middle, piece.depth + 1));
+                todo.push(rule.piece(&speeds, piece.span, [middle, piece.to], piece.depth + 1));
+                todo.push(rule.piece(&speeds, piece.span, [piece.from, middle], piece.depth + 1));
                 continue;
             }
             let after = total + piece.length.max(0.0);
@@ -269,12 +273,12 @@ impl Rule {
         Self { shares: shares.collect(), nodes }
     }
 
-    fn piece(&self, curve: &Curve, from: f64, to: f64, depth: usize) -> Rough {
+    fn piece(&self, speeds: &Speeds<'_>, span: usize, [from, to]: [f64; 2], depth: usize) -> Rough {
         let (middle, half) = (0.5 * from + 0.5 * to, 0.5 * (to - from));
         let mut speed = [0.0; TERMS];
         for (x, share) in self.nodes.iter().zip(&self.shares) {
             // Parameters between knots are always inside the domain.
-            let value = curve.derivative(middle + half * x, 1).map_or(0.0, |d| d.norm());
+            let value = speeds.at(span, middle + half * x);
             speed.iter_mut().zip(share).for_each(|(c, s)| *c += value * s);
         }
         // What is left out is less than what the last terms add, each of which is `2/(2k + 1)` at most.
@@ -288,7 +292,7 @@ impl Rule {
                 .sum::<f64>();
         let varies = speed.iter().skip(1).map(|c| c.abs()).sum::<f64>();
         let noise = f64::EPSILON * from.abs().max(to.abs()) * varies;
-        Rough { from, to, speed, length: 2.0 * half * speed[0], error, noise, depth }
+        Rough { from, to, speed, length: 2.0 * half * speed[0], error, noise, span, depth }
     }
 }
 
