@@ -80,6 +80,20 @@ pub fn measured(number: f64) -> String {
     figures(number, 6)
 }
 
+/// What is measured, without what is only rounding of what it was measured on: 0 where it is no more than a few units in the last place of that.
+///
+/// ```
+/// use loftsman_kernel::text::without_rounding;
+///
+/// assert_eq!([2.448e-32, -0.0, 3.1e-16, 1e-9].map(|found| without_rounding(found, 2.0)), [0.0, 0.0, 0.0, 1e-9]);
+/// ```
+pub fn without_rounding(found: f64, size: f64) -> f64 {
+    if found.abs() <= ROUNDING * size.abs() { 0.0 } else { found }
+}
+
+/// Units in the last place that a few sums of numbers leave.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
 /// Numbers in about six figures, or in so many more that no two that differ look alike.
 ///
 /// ```

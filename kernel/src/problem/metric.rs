@@ -141,6 +141,11 @@ impl Energy for Metric {
                 let mut entries = Vec::new();
                 for index in 0..shapes.len() {
                     let (shape, offset) = (shapes.get(index)?, shapes.offset(index));
+                    // Nothing is measured of what stands still: knots too close for it matter not, and it need have no such metric.
+                    let first = moving.partition_point(|&v| v < offset);
+                    if moving.get(first).is_none_or(|&v| v >= offset + shape.control_vertices().len()) {
+                        continue;
+                    }
                     let matrix = shape.smoothness(order).ok_or_else(|| {
                         Error::Invalid(format!(
                             "shape {index} has no stretch or bend metric: use \"least\" or a falloff"

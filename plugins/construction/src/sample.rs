@@ -144,7 +144,9 @@ impl Operation for Sample {
             (true, false) => ("count", Spread::Count(p.count("count")?)),
             (false, true) => ("spacing", Spread::Spacing(length(p, "spacing")?)),
             (true, true) => {
-                return Err(p.error("spacing", "is what count says, too: leave one of them out").into());
+                return Err(p
+                    .error("spacing", "it follows from count, which is given, too: leave one of them out")
+                    .into());
             }
             (false, false) => return Err(p.error("", "say count = …, or spacing = …").into()),
         };

@@ -4,7 +4,7 @@ use std::fmt;
 
 use loftsman_kernel::error::Result;
 use loftsman_kernel::scene::Unit;
-use loftsman_kernel::text::figure;
+use loftsman_kernel::text::{figure, without_rounding};
 
 /// So many of the largest places of a profile are looked at between their neighbours, and those only that are nearly the largest.
 const PEAKS: usize = 4;
@@ -14,6 +14,8 @@ const SECTIONS: usize = 24;
 
 /// Parts of two curvatures that differ by less than this factor are told as one.
 const ALIKE: f64 = 1.1;
+/// A curvature that is so many times the other surface's is told as that: how much larger it is tells nothing.
+const BEYOND: f64 = 1e3;
 
 /// What a match may miss between the places where it is imposed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,6 +95,18 @@ impl Deviation {
         profile.iter().fold(Self::default(), |all, (_, one)| all.or_worse(*one))
     }
 
+    /// The same, where what is only rounding is 0: of distances beside the edges' size, of angles beside a radian, of curvatures beside the other surface's.
+    pub(crate) fn without_rounding(self, size: f64) -> Self {
+        let part = without_rounding(self.part, 1.0);
+        Self {
+            distance: without_rounding(self.distance, size),
+            angle: without_rounding(self.angle, 1.0),
+            curvature: if part == 0.0 && !self.flat { 0.0 } else { self.curvature },
+            part,
+            ..self
+        }
+    }
+
     /// Whether a surface lies folded back on the other one along most of the edge.
     pub(crate) fn folded(profile: &[(f64, Self)]) -> bool {
         let back = profile.iter().filter(|(_, one)| one.angle > std::f64::consts::FRAC_PI_2).count();
@@ -126,6 +140,12 @@ impl Deviation {
     fn told(&self, continuity: usize, [length, bend]: [&str; 2]) -> String {
         let [distance, angle, curvature, part] =
             [self.distance, self.angle.to_degrees(), self.curvature, 100.0 * self.part].map(figure);
+        if continuity > 1 && !self.flat && self.part > BEYOND {
+            return format!(
+                "{}, curvature more than {BEYOND} times the other surface's largest",
+                self.told(1, [length, bend])
+            );
+        }
         let of = if self.flat {
             "the other surface is flat".to_owned()
         } else if !self.square.is_finite() {

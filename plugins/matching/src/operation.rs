@@ -13,7 +13,7 @@ use loftsman_kernel::scene::{Geometry, Scene, Unit};
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::{SaddlePoint, SolveError};
 use loftsman_kernel::spline::{Direction, Surface};
-use loftsman_kernel::text::a;
+use loftsman_kernel::text::{a, figure, short};
 use loftsman_kernel::topology::EdgeCurve;
 
 use crate::beside::{Beside, edge_of};
@@ -104,10 +104,16 @@ impl Operation for MatchOperation {
         }
         if !matches!(scene.object(&object)?.geometry(), Geometry::Surface(_)) {
             let kind = a(scene.object(&object)?.geometry().kind());
-            let problem = format!(
-                "\"{object}\" is {kind}: only B-spline surfaces get knots as they need them; ask for the constraint `match` in an \
-                 `edit`"
-            );
+            let problem = match scene.object(&object)?.geometry() {
+                Geometry::Curve(_) => format!(
+                    "\"{object}\" is {kind}: `match` moves surfaces. Curves are brought together by the constraint `join`, with continuity = 0, 1 or 2, \
+                     in an `edit`"
+                ),
+                Geometry::Custom(_) | Geometry::Brep(_) | Geometry::Trimmed(_) => format!(
+                    "\"{object}\" is {kind}: only B-spline surfaces get knots as they need them; ask for the constraint `match` in an `edit`"
+                ),
+                _ => format!("\"{object}\" is {kind}: `match` moves B-spline surfaces"),
+            };
             return Err(p.error("object", problem).into());
         }
         let mut names = SceneShapes::new(scene, &object)?;
@@ -214,7 +220,8 @@ impl Asked {
         let limits = Limits { distance: Some(distance), ..self.limits };
         let along = if edge.edge.along_u { Direction::U } else { Direction::V };
         let profile = self.matching(limits).profile(&shapes)?;
-        let (before, was_folded) = (Deviation::worst(&profile), Deviation::folded(&profile));
+        let before = Deviation::worst(&profile).without_rounding(size);
+        let was_folded = Deviation::folded(&profile);
         let mut start = self.with_rows(surface, along.other())?;
         if self.refine
             && let Some(alike) = as_the_other(&start, along, edge, &there)?
@@ -230,7 +237,9 @@ impl Asked {
             context.observer.proceed("match", count as u64, most as u64)?;
             let asked = self.matching(lax).bound_to(&Shapes::new([&start as &dyn Shape, other]))?;
             let edit = |smooth: u8| -> Result<_, OperationError> {
-                let mut edit = Edit::new(&start).with(other.boxed()).lock(self.locked(&start, along)?);
+                let still = 0..other.control_vertices().len() as i64;
+                let mut edit =
+                    Edit::new(&start).with(other.boxed()).lock(self.locked(&start, along)?).lock_on(1, still);
                 if let Some(name) = &self.other.name {
                     edit = edit.named(1, name.clone());
                 }
@@ -270,10 +279,13 @@ impl Asked {
                     ))
                     .into());
                 }
+                (Err(EditError::Solve(SolveError::Metric { .. })), _) if self.bend => {
+                    return Err(Error::Invalid(too_close(&start)).into());
+                }
                 (Err(error), _) => return Err(error.into()),
             };
             let profile = asked.profile(&Shapes::new([edited.shape() as &dyn Shape, other]))?;
-            let worst = Deviation::worst(&profile);
+            let worst = Deviation::worst(&profile).without_rounding(size);
             if worst.within(self.continuity, distance, &self.limits) {
                 let degrees = |s: &Surface| [along, along.other()].map(|d| s.space(d).degree());
                 let count = |s: &Surface, direction| s.space(direction).len();
@@ -373,6 +385,12 @@ impl Asked {
                 "brought there it would fold back on the other, which it does not now: bring it nearer first, let more of it move \
                  (keep, metric), or ask for continuity 0"
                     .to_owned()
+            } else if self.continuity > 0
+                && profile.iter().any(|(_, one)| one.angle > std::f64::consts::FRAC_PI_2)
+            {
+                "along a part of the edge it would fold back on the other, as where an edge turns back or a surface shrinks to a \
+                 point: smooth the edge that stands still, bring the surface nearer first, or ask for continuity 0"
+                    .to_owned()
             } else if !self.refine {
                 "let knots be inserted (refine = true), or allow more".to_owned()
             } else if let (false, Some(needed)) = (hopeless, needed) {
@@ -410,6 +428,26 @@ struct Tried<'a> {
     /// Whether the surface lay folded back on the other before.
     was_folded: bool,
     history: &'a mut History,
+}
+
+/// Why it cannot be measured how much a surface bends: which of its knots are closest together, by the length of their domain.
+fn too_close(surface: &Surface) -> String {
+    let mut closest = (f64::INFINITY, "u", 0.0, 0.0);
+    for (name, space) in [("u", surface.u()), ("v", surface.v())] {
+        for pair in space.breakpoints().windows(2) {
+            let (gap, share) = (pair[1] - pair[0], (pair[1] - pair[0]) / space.length());
+            if share < closest.0 {
+                closest = (share, name, pair[0], gap);
+            }
+        }
+    }
+    let (_, name, at, gap) = closest;
+    format!(
+        "how much the surface bends cannot be measured: its knots at {name} = {} are only {} apart. Say metric = \"least\", or take knots out \
+         first (`simplify`)",
+        figure(at),
+        short(gap)
+    )
 }
 
 /// The surface raised and refined along its edge so that its space there holds the other edge; None where it does already, or

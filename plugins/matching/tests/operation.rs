@@ -219,6 +219,52 @@ fn what_cannot_be_is_said() {
     assert!(refused.contains("folded back"), "{refused}");
 }
 
+/// Knots that lie close together on the surface that stands still are nothing to the one that moves; where its own lie so close that bending is beyond
+/// numbers, that is said in words of its own.
+#[test]
+fn knots_close_together_do_not_matter_where_nothing_moves() {
+    let (hull, deck) = (hull(3, 4), deck(3, 3));
+    let near = |s: &Surface, by: f64| {
+        let (a, b) = s.u().domain();
+        let at = a + 0.4 * (b - a);
+        s.insert_knots(Direction::U, &[at, at, at, at + by, at + by]).unwrap()
+    };
+    let fields = asked("u1", 1, 0.001, 0.5, 10.0);
+    let mut plain = scene(&hull, &deck);
+    run(&mut plain, fields.clone()).unwrap();
+    let mut close = scene(&near(&hull, 1e-9), &deck);
+    run(&mut close, fields.clone()).unwrap();
+    let [plain, close] = [&plain, &close].map(|scene| scene.surface("deck").unwrap().points().to_vec());
+    for (p, q) in plain.iter().zip(&close) {
+        assert!((p - q).norm() < 1e-6, "{p} {q}");
+    }
+    let own = near(&deck, 1e-9);
+    let refused = run(&mut scene(&hull, &own), fields).unwrap_err();
+    assert!(
+        refused.contains("how much the surface bends cannot be measured: its knots at u = "),
+        "{refused}"
+    );
+    assert!(refused.contains("only 1e-9 apart") && refused.contains("metric = \"least\""), "{refused}");
+    // What moves surfaces tells curves where to go.
+    let mut curves = scene(&hull, &deck);
+    let line = Curve::line(Point::origin(), Point::new(1.0, 0.0, 0.0)).unwrap();
+    curves.add(Object::new("line", line.into())).unwrap();
+    let fields = json!({ "object": "line", "edge": "u0", "with": { "object": "hull", "edge": "u1" } });
+    let refused = run(&mut curves, fields).unwrap_err();
+    assert!(refused.contains("`match` moves surfaces") && refused.contains("`join`"), "{refused}");
+}
+
+/// Where nothing but rounding is left, nothing is told.
+#[test]
+fn rounding_is_told_as_nothing() {
+    let hull = hull(3, 4);
+    let mut both = scene(&hull, &hull);
+    both.rename("deck", "cover").unwrap();
+    let fields = json!({ "object": "cover", "edge": "u1", "with": { "object": "hull", "edge": "u1" }, "continuity": 0 });
+    let notes = run(&mut both, fields).unwrap();
+    assert!(notes.iter().any(|n| n.contains("now: position 0 m")), "{notes:?}");
+}
+
 /// Corners of the other edge are met, and said; those that nobody asks for are not made.
 #[test]
 fn an_edge_with_corners_is_met_with_corners() {
