@@ -564,16 +564,20 @@ fn slope(squares: &[f64], net: &[Homogeneous]) -> Vec<f64> {
     let (m, p) = (squares.len() - 1, net.len() - 1);
     let mut out = vec![0.0; m + p];
     let mut noise = 0.0_f64;
+    // Looked up: taken anew in the loops they cost most of a search at high degrees.
+    let choose = |n: usize| (0..=n).map(|k| binomial(n, k)).collect::<Vec<_>>();
+    let (of_m, of_p, all) = (choose(m), choose(p), choose((m + p).saturating_sub(1)));
+    let (less_m, less_p) = (choose(m.saturating_sub(1)), choose(p.saturating_sub(1)));
     for i in 0..=m {
         for j in 0..=p {
             // f' has coefficients m Δf, W' p ΔW; both products have degree m + p - 1.
             if i < m {
                 let term = m as f64 * (squares[i + 1] - squares[i]) * net[j][3];
-                out[i + j] += binomial(m - 1, i) * binomial(p, j) * term;
+                out[i + j] += less_m[i] * of_p[j] * term;
             }
             if j < p {
                 let term = 2.0 * p as f64 * squares[i] * (net[j + 1][3] - net[j][3]);
-                out[i + j] -= binomial(m, i) * binomial(p - 1, j) * term;
+                out[i + j] -= of_m[i] * less_p[j] * term;
             }
             noise = noise.max(squares[i].abs() * net[j][3]);
         }
@@ -581,7 +585,7 @@ fn slope(squares: &[f64], net: &[Homogeneous]) -> Vec<f64> {
     // What is only rounding has no sign.
     let noise = 8.0 * f64::EPSILON * (m + p) as f64 * noise;
     for (k, value) in out.iter_mut().enumerate() {
-        *value /= binomial(m + p - 1, k);
+        *value /= all[k];
         if value.abs() <= noise {
             *value = 0.0;
         }

@@ -26,6 +26,8 @@ pub struct AreaForm {
 const EXTRA: usize = 4;
 /// Halvings of a span for rational functions, after which the integral is taken as it is.
 const DEPTH: usize = 40;
+/// What is apart by no more than this part of the largest entry, and hardly less than before the last halving, is rounding.
+const NOISE: f64 = 1e-11;
 
 impl AreaForm {
     /// The form of the polynomial curves of a space. Exact: Gauss–Legendre quadrature of `p` points a span, for an
@@ -80,17 +82,21 @@ impl AreaForm {
             };
             let (a, b) = (space.flat()[span], space.flat()[span + 1]);
             let whole = part(a, b);
-            let mut todo = vec![(a, b, whole, 0)];
-            while let Some((a, b, whole, depth)) = todo.pop() {
+            let mut todo = vec![(a, b, whole, f64::INFINITY, 0)];
+            while let Some((a, b, whole, before, depth)) = todo.pop() {
                 let middle = 0.5 * a + 0.5 * b;
                 let (left, right) = (part(a, middle), part(middle, b));
                 // An entry is of the order of 1 at most over a whole span: absolute errors will do.
                 let apart = whole.iter().zip(left.iter().zip(&right)).map(|(w, (l, r))| (w - l - r).abs());
-                if apart.fold(0.0, f64::max) <= 1e-14 || depth >= DEPTH || !(a < middle && middle < b) {
+                let apart = apart.fold(0.0, f64::max);
+                // Where weights differ much, rounding is more than that; halving does not take it away.
+                let largest = whole.iter().fold(0.0, |m: f64, w| m.max(w.abs()));
+                let rounding = apart <= NOISE * largest && apart >= 0.25 * before;
+                if apart <= 1e-14 || rounding || depth >= DEPTH || !(a < middle && middle < b) {
                     block.iter_mut().zip(left.iter().zip(&right)).for_each(|(s, (l, r))| *s += l + r);
                 } else {
-                    todo.push((middle, b, right, depth + 1));
-                    todo.push((a, middle, left, depth + 1));
+                    todo.push((middle, b, right, apart, depth + 1));
+                    todo.push((a, middle, left, apart, depth + 1));
                 }
             }
         });

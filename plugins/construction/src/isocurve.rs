@@ -59,7 +59,7 @@ impl Operation for Isocurve {
         let source = object_name(scene, p, |g| matches!(g, Geometry::Surface(_)), "surface")?;
         let surface = scene.surface(&source).map_err(|e| p.error("object", e.to_string()))?.clone();
         let mut changed = scene.clone();
-        let mut first = None;
+        let (mut first, mut notes) = (None, Vec::new());
         let through = through(p)?;
         let wanted = [("u", Direction::U, places(p, "u")?), ("v", Direction::V, places(p, "v")?)];
         let count =
@@ -71,6 +71,23 @@ impl Operation for Isocurve {
             let fields = list.into_iter().map(|at| (name, at)).chain(through.map(|at| ("at", at)));
             for (field, at) in fields {
                 let curve = surface.isocurve(direction, at).map_err(|e| p.error(field, e.to_string()))?;
+                let space = surface.space(direction);
+                let (start, end) = space.domain();
+                // A place beyond the domain of what is periodic has another within.
+                let asked = at;
+                let at = if space.is_periodic() && !(start..=end).contains(&at) {
+                    let within = start + (at - start).rem_euclid(end - start);
+                    notes.push(format!(
+                        "{name} = {} is outside the domain from {} to {}, which goes round: that is {name} = {}",
+                        figure(asked),
+                        figure(start),
+                        figure(end),
+                        figure(within)
+                    ));
+                    within
+                } else {
+                    at
+                };
                 let wanted = format!("{source} {name} = {}", figure(at));
                 let name = match p.has("name") {
                     true if count > 1 => changed.unique_name(p.text("name")?),
@@ -82,7 +99,7 @@ impl Operation for Isocurve {
             }
         }
         *scene = changed;
-        Ok(made("isocurve", first.unwrap_or_default(), Vec::new()))
+        Ok(made("isocurve", first.unwrap_or_default(), notes))
     }
 }
 

@@ -6,7 +6,7 @@ use loftsman_kernel::plugin::{
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
-use loftsman_kernel::text::a;
+use loftsman_kernel::text::{a, without_rounding};
 use loftsman_kernel::{Point, Vector};
 
 use crate::fields::{direction, figure, long, made, named, point_or_origin};
@@ -551,7 +551,11 @@ impl Operation for Symmetrize {
             }
         };
         let mut notes = vec![match moved {
-            Some(moved) => format!("control vertices moved by {} at most", figure(moved)),
+            Some(moved) => {
+                let largest = scene.object(&source)?.geometry().points().iter().map(|p| p.coords.amax());
+                let moved = without_rounding(moved, largest.fold(0.0, f64::max));
+                format!("control vertices moved by {} at most", scene.unit.quantity(moved, 1))
+            }
             None => "one half is kept, and the other is its mirror image".into(),
         }];
         if half == Half::Both {

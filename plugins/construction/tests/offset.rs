@@ -475,3 +475,28 @@ fn what_is_nearly_planar_is_put_into_its_plane() {
     let error = offset(&ring(1e-6), 0.2, &OffsetOptions::default()).unwrap_err().to_string();
     assert!(error.contains("leaves its plane"), "{error}");
 }
+
+/// What stops and turns back within a polynomial piece, straight or in a cusp, has both its sides, and a round end where it turns.
+#[test]
+fn what_turns_back_is_gone_round() {
+    for scale in [1e-9, 1.0, 1e9] {
+        // `x = 4t - 3t²`: to 4/3, and back to 1.
+        let points = [0.0, 2.0, 1.0].map(|x| Point::new(x * scale, 0.0, 0.0)).to_vec();
+        let up = OffsetOptions { normal: Some(Vector::z()), ..OffsetOptions::default() };
+        for fold in
+            [Curve::bezier(points.clone()).unwrap(), Curve::bezier(points).unwrap().elevate(4).unwrap()]
+        {
+            let found = offset(&fold, 0.5 * scale, &up).unwrap();
+            let exact = 4.0 / 3.0 + 0.5 * PI + 1.0 / 3.0;
+            assert!((length(&found.curves) / scale - exact).abs() < 1e-6, "{}", length(&found.curves));
+            assert!(off(&fold, &found.curves, 0.5 * scale) < 2e-6 * scale);
+        }
+        // `(t², t³)`: a cusp.
+        let points = [(1.0, -1.0), (-1.0 / 3.0, 1.0), (-1.0 / 3.0, -1.0), (1.0, 1.0)];
+        let cusp = Curve::bezier(points.map(|(x, y)| Point::new(x, y, 0.0) * scale).to_vec()).unwrap();
+        for away in [0.3, -0.3] {
+            let found = offset(&cusp, away * scale, &OffsetOptions::default()).unwrap();
+            assert!(off(&cusp, &found.curves, away * scale) < 5e-6 * scale, "{away}");
+        }
+    }
+}

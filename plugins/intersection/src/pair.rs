@@ -256,7 +256,11 @@ impl<B: Met> Answer<'_, B> {
 
     /// Whether a place is between two places of a run, in all parameters.
     fn on_run(&self, at: &[f64; 3], run: &Run) -> bool {
-        run.places.windows(2).any(|pair| {
+        self.on(at, &run.places)
+    }
+
+    fn on(&self, at: &[f64; 3], places: &[[f64; 3]]) -> bool {
+        places.windows(2).any(|pair| {
             at[0] >= pair[0][0]
                 && at[0] <= pair[1][0]
                 && (1..3).all(|k| {
@@ -269,24 +273,21 @@ impl<B: Met> Answer<'_, B> {
         })
     }
 
-    /// Runs end to end, and twice the same, as one.
+    /// Runs end to end, and what is found twice or lies within another, as one.
     fn joined(&self, mut runs: Vec<Run>) -> Result<Vec<Run>> {
         runs.sort_by(|x, y| x.from[0].total_cmp(&y.from[0]).then(y.to[0].total_cmp(&x.to[0])));
         let mut joined: Vec<Run> = Vec::new();
         for run in runs {
             let mut taken = false;
             for before in &mut joined {
-                let reach = 1e-9 * self.a.space().length();
                 // Each reaches beyond its end by as much as the tolerance allows.
                 let follows = (run.from[0] - before.to[0]).abs() <= FOLLOWS * self.a.space().length()
                     && self.one(&before.to, &run.from, 4.0 * self.tolerance)?;
-                let again = run.from[0] >= before.from[0] - reach
-                    && run.to[0] <= before.to[0] + reach
-                    && self.one(&self.at(before, run.from[0]), &run.from, 4.0 * self.tolerance)?;
-                if follows && run.to[0] > before.to[0] {
-                    before.to = run.to;
-                }
-                if follows || again {
+                if follows || self.along(&run, before) || self.along(before, &run) {
+                    before.places.extend(run.places.iter().filter(|place| place[0] > before.to[0]));
+                    if run.to[0] > before.to[0] {
+                        before.to = run.to;
+                    }
                     before.distance = before.distance.max(run.distance);
                     taken = true;
                     break;
@@ -299,9 +300,19 @@ impl<B: Met> Answer<'_, B> {
         Ok(joined)
     }
 
-    /// About where a run is at a parameter of the curve.
-    fn at(&self, run: &Run, t: f64) -> [f64; 3] {
-        let share = ((t - run.from[0]) / (run.to[0] - run.from[0])).clamp(0.0, 1.0);
-        [0, 1, 2].map(|k| run.from[k] + (run.to[k] - run.from[k]) * share)
+    /// Whether all places of a run where another has places, too, are on that: both go the same way on the other shape, as they do not where that
+    /// turns back.
+    fn along(&self, run: &Run, other: &Run) -> bool {
+        let reach = 1e-9 * self.a.space().length();
+        let (from, to) = (other.from[0] + reach, other.to[0] - reach);
+        let first = run.places.partition_point(|place| place[0] <= from);
+        let mut beside = run.places[first..].iter().take_while(|place| place[0] < to).peekable();
+        beside.peek().is_some()
+            && beside.all(|place| {
+                // The places of the other that are beside it.
+                let next = other.places.partition_point(|p| p[0] < place[0]);
+                let some = &other.places[next.saturating_sub(2)..(next + 2).min(other.places.len())];
+                self.on(place, some)
+            })
     }
 }

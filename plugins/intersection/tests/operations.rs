@@ -303,8 +303,57 @@ fn sections_of_breps_and_trimmed_surfaces_are_curves_beside_them() {
     let window = sample.object("window").unwrap().geometry().clone();
     scene.add(Object::new("window", window)).unwrap();
     let report = run(&mut scene, "section", json!({ "object": "window", "axis": "x", "count": 2 })).unwrap();
-    assert!(report.notes.iter().all(|note| note.contains("piece")), "{report:?}");
-    assert!(report.residual.is_some());
+    let (last, others) = report.notes.split_last().unwrap();
+    assert!(others.iter().all(|note| note.contains("piece")), "{report:?}");
+    assert!(last.starts_with("largest distance from the surface: "), "{report:?}");
+    assert!(report.numbers["distance"].is_f64() && report.residual.is_none());
+}
+
+/// What ends on another passes through nothing; what runs along a fold is told by both ways of that, and made once; rounding is told as none.
+#[test]
+fn ends_and_folds_are_told_as_what_they_are() {
+    let line = |from: [f64; 3], to: [f64; 3]| Curve::line(Point::from(from), Point::from(to)).unwrap();
+    let fold = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [1.0, 0.0, 0.0]].map(Point::from).to_vec();
+    let fold = Curve::new(Space::clamped(1, &[0.0, 1.0, 2.0]).unwrap(), fold).unwrap();
+    let ring = Curve::circle(Point::new(1.0, 0.0, 0.0), Vector::z(), 1.0).unwrap();
+    let mut scene = Scene::new();
+    for (name, curve) in [
+        ("along", line([0.0, 0.0, 0.0], [5.0, 0.0, 0.0])),
+        ("up", line([0.0, 0.0, 0.0], [0.0, 5.0, 0.0])),
+        ("beside", line([2.5, 0.0, 0.0], [2.5, 1.0, 0.0])),
+        ("through", line([2.5, -1.0, 0.0], [2.5, 1.0, 0.0])),
+        ("fold", fold),
+        ("ring", ring),
+    ] {
+        scene.add(Object::new(name, curve.into())).unwrap();
+    }
+    let said = |object: &str, with: &str, kind: &str, words: &str| {
+        let mut after = scene.clone();
+        let report =
+            run(&mut after, "intersect", json!({ "object": object, "with": with, "name": "found" })).unwrap();
+        assert_eq!(report.numbers["meetings"][0]["kind"], kind, "{report:?}");
+        assert!(report.notes.iter().any(|n| n.contains(words)), "{report:?}");
+        assert!(!report.notes.iter().any(|n| n.contains("largest distance")), "{report:?}");
+    };
+    said("along", "up", "ends", "they meet end on end at (0, 0, 0), parameters 0 and 0");
+    said("beside", "along", "end", "one ends on the other at (2.5, 0, 0), parameters 0 and 0.5");
+    said("along", "beside", "end", "one ends on the other at (2.5, 0, 0), parameters 0.5 and 0");
+    said("through", "along", "cross", "they cross at (2.5, 0, 0), parameters 0.5 and 0.5");
+    // A closed curve has no ends, though its parameters have.
+    said("along", "ring", "end", "one ends on the other at (0, 0, 0)");
+    let mut after = scene.clone();
+    let report =
+        run(&mut after, "intersect", json!({ "object": "along", "with": "fold", "name": "found" })).unwrap();
+    let overlaps = report.numbers["overlaps"].as_array().unwrap();
+    let ends = |o: &Value| [&o["from"], &o["to"], &o["with"][0], &o["with"][1]].map(|x| x.as_f64().unwrap());
+    let near = |a: [f64; 4], b: [f64; 4]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+    assert_eq!(overlaps.len(), 2, "{report:?}");
+    assert!(near(ends(&overlaps[0]), [0.0, 0.8, 0.0, 1.0]), "{overlaps:?}");
+    assert!(near(ends(&overlaps[1]), [0.2, 0.8, 2.0, 1.0]), "{overlaps:?}");
+    assert!(report.notes.iter().any(|n| n.contains("of the curve and 2 to 1 of the other")), "{report:?}");
+    assert!(after.get("found").is_some() && after.get("found.001").is_none());
+    let made = after.curve("found").unwrap();
+    assert!((made.length(1e-9).unwrap().value - 4.0).abs() < 1e-6);
 }
 
 /// Polylines are curves of degree 1, the closed ones with their last side; what is found is told in numbers, too.

@@ -135,7 +135,11 @@ pub(crate) fn facts(step: &StepReport, timed: bool) -> Vec<String> {
     let all = [
         step.solver.clone(),
         rank,
-        step.residual.map(|r| format!("{} {}", if moves { "missed by" } else { "residual" }, figure(r))),
+        step.residual.map(|r| match (moves, r == 0.0) {
+            (false, _) => format!("residual {}", figure(r)),
+            (true, true) => "met to rounding".to_owned(),
+            (true, false) => format!("missed by {}", figure(r)),
+        }),
         step.condition.map(|c| format!("condition {}", figure(c))),
         step.adjustment.map(|d| format!("adjustment {}", figure(d))),
         step.iterations.filter(|&n| n > 1 && !moves).map(|n| count(n, "iteration")),

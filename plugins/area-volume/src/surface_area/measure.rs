@@ -23,6 +23,11 @@ const MOST_PARTS: usize = 64;
 /// What the two rules may differ by on a part, as a share of a cell's share of the whole.
 const AGREE: f64 = 1e-11;
 
+/// Where a surface folds over along a line of its net is found to this part of a cell.
+const FOUND: f64 = 1e-15;
+/// On both sides of such a line, so far from it by a cell's length, the normals are opposite.
+const BESIDE: f64 = 1e-7;
+
 /// A rule in each direction.
 struct Nodes {
     u: Along,
@@ -279,7 +284,9 @@ impl<'s> Measure<'s> {
                 parts.push(worst);
                 break;
             }
-            let Some(halves) = self.halves(&worst, made) else {
+            let whole_cell = worst.order < cells && worst.part.share.is_none();
+            let folded = if whole_cell { self.unfolded(&worst.part, made) } else { None };
+            let Some(halves) = folded.or_else(|| self.halves(&worst, made)) else {
                 // Too short to be halved: what it may be wrong by stays counted, and others go on.
                 parts.push(Judged { settled: true, ..worst });
                 if parts.peek().is_none_or(|p| p.settled) {
@@ -287,8 +294,8 @@ impl<'s> Measure<'s> {
                 }
                 continue;
             };
+            made += halves.len();
             parts.extend(halves);
-            made += 2;
         }
         // In the order in which they were made: the same sum every time.
         let mut parts = parts.into_vec();
@@ -310,6 +317,77 @@ impl<'s> Measure<'s> {
         let across_u = along_u >= along_v;
         let error = (fine.area - rough.area).abs();
         Judged { part, fine: fine.area, error, across_u, order, settled: false }
+    }
+
+    /// A cell cut along the lines of the net along which it folds over, as what is turned does where the speed of its profile vanishes: beside them it is
+    /// smooth, and no number of halvings gets as near. None where there are no such lines.
+    fn unfolded(&mut self, part: &Part, order: usize) -> Option<Vec<Judged>> {
+        let [p, q] = self.degrees;
+        let us = self.folds(p, part.u, part.v, &|x, y| part.at(x, y));
+        let vs = self.folds(q, part.v, part.u, &|x, y| part.at(y, x));
+        if us.is_empty() && vs.is_empty() {
+            return None;
+        }
+        let ends = |(a, b): (f64, f64), inner: &[f64]| -> Vec<(f64, f64)> {
+            let all: Vec<f64> = [a].into_iter().chain(inner.iter().copied()).chain([b]).collect();
+            all.windows(2).map(|w| (w[0], w[1])).collect()
+        };
+        let mut parts = Vec::new();
+        for u in ends(part.u, &us) {
+            for v in ends(part.v, &vs) {
+                parts.push(self.judged(Part { u, v, ..*part }, order + parts.len()));
+            }
+        }
+        Some(parts)
+    }
+
+    /// The parameters of one direction, of this degree, at which the normal turns round all along the other one.
+    fn folds(
+        &self,
+        degree: usize,
+        (a, b): (f64, f64),
+        across: (f64, f64),
+        at: &dyn Fn(f64, f64) -> Location,
+    ) -> Vec<f64> {
+        let other = |share: f64| across.0 + (across.1 - across.0) * share;
+        let normal = |x: f64, y: f64| -> Option<Vector> {
+            let row = |by: [usize; 2]| self.shape.stencil(at(x, y), by.into()).ok();
+            Some(row([1, 0])?.apply(self.points).cross(&row([0, 1])?.apply(self.points)))
+        };
+        let places = 2 * degree + 2;
+        let place = |k: usize| a + (b - a) * (k as f64 + 0.5) / places as f64;
+        let middle = other(0.5);
+        let mut found = Vec::new();
+        let mut before = normal(place(0), middle);
+        for k in 1..places {
+            let here = normal(place(k), middle);
+            if let (Some(from), Some(to)) = (before, here)
+                && from.dot(&to) < 0.0
+            {
+                let (mut low, mut high) = (place(k - 1), place(k));
+                while high - low > FOUND * (b - a) {
+                    let between = 0.5 * low + 0.5 * high;
+                    if !(low < between && between < high) {
+                        break;
+                    }
+                    match normal(between, middle) {
+                        Some(n) if n.dot(&from) > 0.0 => low = between,
+                        _ => high = between,
+                    }
+                }
+                let line = 0.5 * low + 0.5 * high;
+                let beside = BESIDE * (b - a);
+                let turns = |share: f64| {
+                    let sides = [line - beside, line + beside].map(|x| normal(x, other(share)));
+                    matches!(sides, [Some(n), Some(m)] if n.dot(&m) < 0.0)
+                };
+                if line - beside > a && line + beside < b && [0.1, 0.37, 0.9].into_iter().all(turns) {
+                    found.push(line);
+                }
+            }
+            before = here;
+        }
+        found
     }
 
     /// A part in two, across the direction in which it is less smooth. None where there is no number between the ends.

@@ -161,3 +161,44 @@ fn a_surface_with_next_to_no_area_ends_soon() {
     assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
     assert!(told.as_ref().is_err() || told.as_ref().is_ok_and(|v| v.abs() < 1e-5), "{told:?}");
 }
+
+/// A straight profile that runs back and forth, turned about an axis that it passes askew: a hyperboloid covered more than once. Along the circles where the profile
+/// turns back the normal turns round; the area is that of the integral in one variable between those, `2π ∫ √((x' r)² + (r r')²) dt`.
+#[test]
+fn what_is_turned_back_and_forth_is_as_large_as_its_profile_says() {
+    let way = Vector::new(0.8, 0.35, -2.6);
+    let origin = Point::new(-0.56, 0.1, 1.65);
+    // A periodic curve of degree 2 whose vertices are on a line: its legs go forwards, back, back.
+    let places = [0.0, 1.117, 0.733];
+    let points = places.iter().map(|t| origin + way * *t).collect();
+    let curve = Curve::new(Space::periodic_uniform(2, 3).unwrap(), points).unwrap();
+    let surface = Surface::revolution(&curve, Point::origin(), Vector::x(), TAU).unwrap();
+    // The same by the line's own parameter: `a ≤ t ≤ b` is run through twice.
+    let (nodes, weights) = loftsman_kernel::spline::gram::gauss_legendre(26);
+    let density = |t: f64| {
+        let p = origin + way * t;
+        let square = p.y * p.y + p.z * p.z;
+        (way.x * way.x * square + (p.y * way.y + p.z * way.z).powi(2)).sqrt()
+    };
+    let (low, high) = (0..3)
+        .flat_map(|k| {
+            // Each span of three vertices turns where its legs are in balance, or joins the next one halfway between two vertices.
+            let [p, q, r] = [places[k], places[(k + 1) % 3], places[(k + 2) % 3]];
+            let at = |s: f64| 0.5 * ((1.0 - s).powi(2) * p + s * s * r) + (0.5 + s * (1.0 - s)) * q;
+            let turn = (q - p) / ((q - p) - (r - q));
+            [at(0.0), at(if (0.0..=1.0).contains(&turn) { turn } else { 0.0 })]
+        })
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), t| (l.min(t), h.max(t)));
+    let parts = 64;
+    let once: f64 = (0..parts)
+        .flat_map(|k| nodes.iter().zip(&weights).map(move |(x, w)| (k, *x, *w)))
+        .map(|(k, x, w)| {
+            let width = (high - low) / f64::from(parts);
+            w * width * density(low + (f64::from(k) + x) * width)
+        })
+        .sum();
+    let exact = 2.0 * TAU * once;
+    let mut area = [0.0];
+    surface_area().value(&Shapes::one(&surface), &mut area).unwrap();
+    assert!((area[0] / exact - 1.0).abs() < 1e-9, "{} is not {exact}", area[0]);
+}

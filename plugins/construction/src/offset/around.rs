@@ -21,7 +21,13 @@ impl Around {
             if segment.points().iter().all(|q| (q - segment.points()[0]).norm() <= least) {
                 continue;
             }
-            let mut open = vec![(segment, 0)];
+            // Where it stops and turns back its way has no side: that is an end of pieces, which is found to the last bit.
+            let mut whole = vec![segment];
+            for at in stops(&whole[0])? {
+                let Some(last) = whole.pop() else { break };
+                whole.extend(last.split(at)?);
+            }
+            let mut open: Vec<(Curve, usize)> = whole.into_iter().rev().map(|piece| (piece, 0)).collect();
             while let Some((piece, depth)) = open.pop() {
                 let (a, b) = piece.domain();
                 let middle = 0.5 * a + 0.5 * b;
@@ -71,6 +77,52 @@ impl Around {
     pub(super) fn distance(&self, point: &Point) -> Result<f64> {
         Ok(self.nearest(point, [usize::MAX; 2], f64::INFINITY)?.map_or(f64::INFINITY, |found| found.0))
     }
+}
+
+/// Places of a piece of which the slowest are looked at, for each of its degrees.
+const PLACES: usize = 8;
+/// Slower than this part of its mean speed a piece stops.
+const STOPS: f64 = 1e-9;
+
+/// Where within a piece its derivative vanishes, ascending: around the slowest of some places the least speed, then where `C'` changes its sign along `C''`.
+fn stops(piece: &Curve) -> Result<Vec<f64>> {
+    let run: f64 = piece.points().windows(2).map(|w| (w[1] - w[0]).norm()).sum();
+    let (a, b) = piece.domain();
+    let count = PLACES * (piece.degree() + 1);
+    let at = |k: usize| a + (b - a) * k as f64 / count as f64;
+    let speeds: Vec<f64> =
+        (0..=count).map(|k| Ok(piece.derivative(at(k).min(b), 1)?.norm())).collect::<Result<_>>()?;
+    let mut found = Vec::new();
+    for k in 1..count {
+        if speeds[k] > speeds[k - 1] || speeds[k] >= speeds[k + 1] || speeds[k] * (b - a) > 0.5 * run {
+            continue;
+        }
+        let (mut low, mut high) = (at(k - 1), at(k + 1));
+        for _ in 0..60 {
+            let [x, y] = [0.382, 0.618].map(|share| low + (high - low) * share);
+            if piece.derivative(x, 1)?.norm() <= piece.derivative(y, 1)?.norm() { high = y } else { low = x }
+        }
+        let near = 0.5 * low + 0.5 * high;
+        let bend = piece.derivative(near, 2)?;
+        let along = |u: f64| piece.derivative(u, 1).map(|d| d.dot(&bend));
+        // The least of a square is known to the root of rounding: the sign is known better.
+        let reach = 1e-6 * (b - a);
+        let (mut low, mut high) = ((near - reach).max(a), (near + reach).min(b));
+        if !(along(low)? < 0.0 && along(high)? > 0.0) {
+            continue;
+        }
+        while low < high {
+            let middle = 0.5 * low + 0.5 * high;
+            if !(low < middle && middle < high) {
+                break;
+            }
+            if along(middle)? < 0.0 { low = middle } else { high = middle }
+        }
+        if piece.derivative(high, 1)?.norm() * (b - a) <= STOPS * run && a < high && high < b {
+            found.push(high);
+        }
+    }
+    Ok(found)
 }
 
 /// How far the control polygon turns, and so the piece at most.

@@ -140,7 +140,7 @@ impl Element {
             if off > tolerance {
                 if depth >= HALVINGS || !(s < middle && middle < e) {
                     return Err(Error::Invalid(format!(
-                        "the curve turns back at {} faster than can be followed: split it there",
+                        "the curve turns at {} faster than can be followed: give a larger tolerance, or round it there",
                         Figure(middle)
                     )));
                 }
@@ -262,7 +262,7 @@ fn kind(job: &Job<'_>, piece: &Curve) -> Result<Kind> {
     let (first, last) = (points[0], points[points.len() - 1]);
     let chord = last - first;
     let length = chord.norm();
-    let ahead = points.windows(2).all(|w| (w[1] - w[0]).dot(&chord) >= 0.0);
+    let ahead = points.windows(2).all(|w| (w[1] - w[0]).dot(&chord) >= -EXACT * length * length);
     if ahead && points.iter().all(|p| (p - first).cross(&chord).norm() <= EXACT * length * length) {
         return Ok(Kind::Straight);
     }

@@ -4,7 +4,7 @@ use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::text::a;
+use loftsman_kernel::text::{a, without_rounding};
 
 use super::{Corners, OffsetOptions, offset};
 use crate::fields::{NAME, direction, free_name, length, like, made, named};
@@ -84,9 +84,10 @@ impl Operation for OffsetOf {
         let made_of = offset(&curve, distance, &options).map_err(named(&source))?;
         let mut changed = scene.clone();
         let unit = scene.unit;
+        let largest = curve.points().iter().map(|p| p.coords.amax()).fold(distance.abs(), f64::max);
         let mut notes = vec![format!(
             "{} from where it should be at most, measured both ways; {} were allowed",
-            unit.quantity(made_of.deviation, 1),
+            unit.quantity(without_rounding(made_of.deviation, largest), 1),
             unit.quantity(made_of.tolerance, 1)
         )];
         if made_of.cut > 0 {

@@ -117,9 +117,7 @@ pub fn sweep(profile: &Curve, path: &Curve, turning: Turning, tolerance: Option<
     };
     if turning == Turning::Parallel {
         let surface = parallel(profile, path)?;
-        let none = (0.0, 0, 0.0);
-        let (deviation, corners, leaned) = none;
-        let (twist, folds) = (0.0, None);
+        let (deviation, twist, corners, leaned, folds) = (0.0, 0.0, 0, 0.0, None);
         return Ok(Swept { surface, reversed, flat, deviation, tolerance, twist, corners, leaned, folds });
     }
     let walk = Walk::new(path, profile, turning, size)?;

@@ -5,7 +5,7 @@ use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::text;
+use loftsman_kernel::text::{self, without_rounding};
 
 use super::{Turning, sweep};
 use crate::fields::{NAME, direction, figure, free_name, length, like, made, named};
@@ -67,7 +67,10 @@ impl Operation for Sweep {
         let tolerance = if p.has("tolerance") { Some(length(p, "tolerance")?) } else { None };
         let swept = sweep(profile, path, turning, tolerance).map_err(named(&source))?;
         let name = free_name(scene, p, &format!("{source} swept"))?;
-        let (deviation, tolerance, leaned) = (swept.deviation, swept.tolerance, swept.leaned);
+        let points = profile.points().iter().chain(path.points());
+        let largest = points.map(|p| p.coords.amax()).fold(0.0, f64::max);
+        let (deviation, tolerance) = (swept.deviation, swept.tolerance);
+        let leaned = without_rounding(swept.leaned, largest);
         let surface = swept.surface;
         let (u, v) = (surface.u(), surface.v());
         let mut notes = vec![format!(
@@ -82,7 +85,7 @@ impl Operation for Sweep {
         } else {
             format!(
                 "{} from where it should be at most, measured; {} were allowed",
-                scene.unit.quantity(deviation, 1),
+                scene.unit.quantity(without_rounding(deviation, largest), 1),
                 scene.unit.quantity(tolerance, 1)
             )
         });

@@ -2,7 +2,7 @@
 
 use loftsman_kernel::plugin::{ConstraintReport, Frames, OperationError, StepReport};
 use loftsman_kernel::shape::{Derivative, Location};
-use loftsman_kernel::text::{counted, figure, short};
+use loftsman_kernel::text::{counted, figure, short, without_rounding};
 
 use crate::body::extent;
 use crate::link::LEFT;
@@ -57,14 +57,13 @@ pub(super) fn report(
         } else {
             String::new()
         };
+        let parts = [after.kinetic, after.elastic, after.gravity, after.pulls];
+        let all = parts.iter().map(|part| part.abs()).sum();
+        let [kinetic, elastic, gravity, pulls] = parts.map(|part| figure(without_rounding(part, all)));
         notes.push(format!(
-            "energy at the end: motion {}, elastic {}{unseen}, gravity {}, pulls {}",
-            figure(after.kinetic),
-            figure(after.elastic),
-            figure(after.gravity),
-            figure(after.pulls)
+            "energy at the end: motion {kinetic}, elastic {elastic}{unseen}, gravity {gravity}, pulls {pulls}"
         ));
-        let drift = simulation.worst_error();
+        let drift = without_rounding(simulation.worst_error(), simulation.size);
         notes.push(format!("constraints drifted by {} at most", short(drift)));
         if drift > DRIFT * simulation.size {
             warnings.push(format!(
@@ -155,7 +154,7 @@ pub(super) fn report(
         object: Some(object.into()),
         equations: Some(equations),
         rank: Some(rank),
-        residual: Some(errors.iter().copied().fold(0.0, f64::max)),
+        residual: Some(without_rounding(errors.iter().copied().fold(0.0, f64::max), simulation.size)),
         energy: Some([before, after.total()]),
         steps: Some(simulation.sub_steps()),
         iterations: settled.map(|settled| settled.steps),

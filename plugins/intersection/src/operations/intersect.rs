@@ -6,13 +6,14 @@ use loftsman_kernel::mesh::Cloud;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
 };
-use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::scene::{Geometry, Scene, Unit};
 use loftsman_kernel::shape::Location;
-use loftsman_kernel::text::a;
+use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::text::{a, without_rounding};
 use serde_json::{Map, Value, json};
 
 use super::{NAME, add_beside, as_curve, base_name, place, told, tolerance};
-use crate::{Contact, Intersections, Options, curve_surface, curves, self_intersections};
+use crate::{Contact, Intersections, Meeting, Options, curve_surface, curves, self_intersections};
 
 /// The operation `intersect`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -94,17 +95,29 @@ impl Operation for Intersect {
         if !found.meetings.is_empty() {
             geometries.push(Cloud { points: found.meetings.iter().map(|m| m.point).collect() }.into());
         }
-        for overlap in &found.overlaps {
-            geometries.push(curve.between(overlap.range.0, overlap.range.1)?.into());
+        // What runs along another that turns back does so more than once, and is made once.
+        let mut parts: Vec<(f64, f64)> = Vec::new();
+        let mut ranges: Vec<(f64, f64)> = found.overlaps.iter().map(|o| o.range).collect();
+        ranges.sort_by(|x, y| x.0.total_cmp(&y.0));
+        for (from, to) in ranges {
+            match parts.last_mut() {
+                Some(last) if from <= last.1 => last.1 = last.1.max(to),
+                _ => parts.push((from, to)),
+            }
+        }
+        for (from, to) in parts {
+            geometries.push(curve.between(from, to)?.into());
         }
         let who = if object == with { "it" } else { "they" };
-        let notes = notes(&found, who);
+        let ends = Ends::of(&pair, object == with)?;
+        let sizes = Sizes::of([first.geometry(), second.geometry()]);
+        let notes = notes(&found, who, &ends, &sizes, scene.unit);
+        let numbers = numbers(&found, &ends);
         add_beside(scene, object, &name, geometries)?;
         Ok(StepReport {
             op: "intersect".into(),
             object: Some(object.to_owned()),
-            residual: Some(found.distance()),
-            numbers: numbers(&found),
+            numbers,
             notes,
             ..StepReport::default()
         })
@@ -122,17 +135,22 @@ fn cannot(name: &str, geometry: &Geometry) -> OperationError {
 }
 
 /// All that was found, unrounded.
-fn numbers(found: &Intersections) -> Map<String, Value> {
+fn numbers(found: &Intersections, ends: &Ends) -> Map<String, Value> {
     let with = |with: Option<Location>| match with {
         Some(Location::Curve(s)) => json!(s),
         Some(Location::Surface(u, v)) => json!([u, v]),
         _ => Value::Null,
     };
     let point = |p: &Point| json!([p.x + 0.0, p.y + 0.0, p.z + 0.0]);
-    let kind = |contact| if contact == Contact::Crossing { "cross" } else { "touch" };
+    let kind = |m: &Meeting| match ends.how(m) {
+        How::Ends => "ends",
+        How::End => "end",
+        How::Crosses => "cross",
+        How::Touches => "touch",
+    };
     let meetings = found.meetings.iter().map(|m| {
         json!({
-            "kind": kind(m.contact),
+            "kind": kind(m),
             "point": point(&m.point),
             "at": m.at,
             "with": with(m.with),
@@ -154,40 +172,150 @@ fn numbers(found: &Intersections) -> Map<String, Value> {
     numbers.insert("meetings".into(), meetings.collect());
     numbers.insert("overlaps".into(), overlaps.collect());
     numbers.insert("undecided".into(), undecided.collect());
+    numbers.insert("distance".into(), found.distance().into());
     numbers.insert("tolerance".into(), found.tolerance.into());
     numbers
 }
 
-fn notes(found: &Intersections, who: &str) -> Vec<String> {
-    let beside = |with: Option<Location>| match with {
-        Some(Location::Curve(s)) => format!(" and {}", told(s)),
-        Some(Location::Surface(u, v)) => format!(" and [{}, {}]", told(u), told(v)),
-        _ => String::new(),
+/// How shapes meet at a place.
+#[derive(Clone, Copy, PartialEq)]
+enum How {
+    /// End on end.
+    Ends,
+    /// One ends there, on the other.
+    End,
+    Crosses,
+    Touches,
+}
+
+/// Where the curves of a pair end: not where they are closed.
+struct Ends([Option<(f64, f64)>; 2]);
+
+impl Ends {
+    fn of(pair: &[Option<Curve>; 2], itself: bool) -> Result<Self, Error> {
+        let of = |curve: &Option<Curve>| -> Result<Option<(f64, f64)>, Error> {
+            let Some(curve) = curve else { return Ok(None) };
+            let (a, b) = curve.domain();
+            let closed = curve.is_periodic()
+                || (curve.point(a)? - curve.point(b)?).norm() <= CLOSED * size(curve.points());
+            Ok((!closed).then_some((a, b)))
+        };
+        let first = of(&pair[0])?;
+        let second = if itself { first } else { of(&pair[1])? };
+        // A surface beside a curve has no ends of this kind, whichever of both comes first.
+        Ok(Self(if pair[0].is_none() { [second, None] } else { [first, second] }))
+    }
+
+    /// What ends there passes through nothing, whatever the angle.
+    fn how(&self, meeting: &Meeting) -> How {
+        let at = |ends: Option<(f64, f64)>, at: f64| {
+            ends.is_some_and(|(a, b)| (at - a).abs().min((at - b).abs()) <= CLOSED * (b - a))
+        };
+        let other = matches!(meeting.with, Some(Location::Curve(s)) if at(self.0[1], s));
+        match (at(self.0[0], meeting.at), other, meeting.contact) {
+            (true, true, _) => How::Ends,
+            (false, false, Contact::Crossing) => How::Crosses,
+            (false, false, Contact::Touching) => How::Touches,
+            _ => How::End,
+        }
+    }
+}
+
+/// Ends no further apart than this part of the size, or of the domain, are one.
+const CLOSED: f64 = 1e-9;
+
+fn size(points: &[Point]) -> f64 {
+    let first = points.first().copied().unwrap_or_default();
+    points.iter().map(|p| (p - first).amax()).fold(0.0, f64::max)
+}
+
+/// What lengths and parameters are rounded at.
+struct Sizes {
+    /// The largest coordinate.
+    length: f64,
+    /// The largest knot of each direction.
+    at: f64,
+    with: [f64; 2],
+}
+
+impl Sizes {
+    fn of(pair: [&Geometry; 2]) -> Self {
+        let largest = |space: &Space| {
+            let (a, b) = space.domain();
+            a.abs().max(b.abs())
+        };
+        let of = |geometry: &Geometry| match geometry {
+            Geometry::Curve(curve) => [largest(curve.space()), 0.0],
+            Geometry::Surface(surface) => [largest(surface.u()), largest(surface.v())],
+            other => [other.points().len() as f64, 0.0],
+        };
+        let points = pair.iter().flat_map(|geometry| geometry.points().iter().map(|p| p.coords.amax()));
+        let (curve, other) =
+            if matches!(pair[0], Geometry::Surface(_)) { (pair[1], pair[0]) } else { (pair[0], pair[1]) };
+        Self { length: points.fold(0.0, f64::max), at: of(curve)[0], with: of(other) }
+    }
+}
+
+fn notes(found: &Intersections, who: &str, ends: &Ends, sizes: &Sizes, unit: Unit) -> Vec<String> {
+    let at = |at: f64| told(without_rounding(at, sizes.at));
+    let on = |with: Location| match with {
+        Location::Curve(s) => Some(told(without_rounding(s, sizes.with[0]))),
+        Location::Surface(u, v) => {
+            let [u, v] =
+                [(u, sizes.with[0]), (v, sizes.with[1])].map(|(x, size)| told(without_rounding(x, size)));
+            Some(format!("[{u}, {v}]"))
+        }
+        _ => None,
     };
+    let beside =
+        |with: Option<Location>| with.and_then(on).map_or(String::new(), |with| format!(" and {with}"));
     let mut notes = Vec::new();
     if found.meetings.is_empty() && found.overlaps.is_empty() {
         let how = if who == "it" { "it does not meet itself" } else { "they do not meet" };
-        notes.push(format!("{how} within {}", told(found.tolerance)));
+        notes.push(format!("{how} within {}", unit.quantity(found.tolerance, 1)));
     }
     for m in &found.meetings {
-        let how = match (m.contact, who) {
-            (Contact::Crossing, "it") => "it crosses itself",
-            (Contact::Touching, "it") => "it touches itself",
-            (Contact::Crossing, _) => "they cross",
-            (Contact::Touching, _) => "they touch",
+        let how = match (ends.how(m), who) {
+            (How::Ends, "it") => "its ends meet",
+            (How::End, "it") => "it ends on itself",
+            (How::Crosses, "it") => "it crosses itself",
+            (How::Touches, "it") => "it touches itself",
+            (How::Ends, _) => "they meet end on end",
+            (How::End, _) => "one ends on the other",
+            (How::Crosses, _) => "they cross",
+            (How::Touches, _) => "they touch",
         };
-        notes.push(format!("{how} at {}, parameters {}{}", place(&m.point), told(m.at), beside(m.with)));
+        notes.push(format!("{how} at {}, parameters {}{}", place(&m.point), at(m.at), beside(m.with)));
     }
     for o in &found.overlaps {
         let how = if who == "it" { "it runs together with itself" } else { "they run together" };
-        notes.push(format!("{how} from {} to {} of the curve", told(o.range.0), told(o.range.1)));
+        let there = o.with.and_then(|[from, to]| {
+            Some(format!(
+                " and {} to {} of {}",
+                on(from)?,
+                on(to)?,
+                if who == "it" { "itself" } else { "the other" }
+            ))
+        });
+        notes.push(format!(
+            "{how} from {} to {} of the curve{}",
+            at(o.range.0),
+            at(o.range.1),
+            there.unwrap_or_default()
+        ));
     }
     for u in &found.undecided {
         notes.push(format!(
             "undecided: between {} and {} of the curve there may be more meetings; a larger tolerance tells",
-            told(u.range.0),
-            told(u.range.1)
+            at(u.range.0),
+            at(u.range.1)
         ));
+    }
+    // What is only rounding is not told.
+    let apart = without_rounding(found.distance(), sizes.length);
+    if apart > 0.0 {
+        let meet = if who == "it" { "meets itself" } else { "meet" };
+        notes.push(format!("largest distance where {who} {meet}: {}", unit.quantity(apart, 1)));
     }
     notes
 }

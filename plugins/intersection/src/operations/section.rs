@@ -5,7 +5,7 @@ use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::text::{a, told_apart};
+use loftsman_kernel::text::{a, told_apart, without_rounding};
 use loftsman_kernel::{Error, Point, Vector};
 use serde_json::json;
 
@@ -235,12 +235,29 @@ impl Operation for CutBy {
                 one.quantity(found, 1)
             ));
         }
+        if let Some(found) = residual {
+            let largest =
+                scene.object(object)?.geometry().points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+            let found = without_rounding(found, largest);
+            match geometry {
+                // Points are where the curve is: what is only rounding is not told.
+                Geometry::Curve(_) if found == 0.0 => {}
+                Geometry::Curve(_) => {
+                    notes.push(format!("largest distance from the plane: {}", one.quantity(found, 1)))
+                }
+                _ => notes.push(format!("largest distance from the surface: {}", one.quantity(found, 1))),
+            }
+        }
         add_beside(scene, object, &name, geometries)?;
+        let mut numbers = serde_json::Map::new();
+        numbers.insert("planes".into(), told_planes.into());
+        if let Some(found) = residual {
+            numbers.insert("distance".into(), found.into());
+        }
         Ok(StepReport {
             op: "section".into(),
             object: Some(object.to_owned()),
-            residual,
-            numbers: [("planes".to_owned(), told_planes.into())].into_iter().collect(),
+            numbers,
             notes,
             ..StepReport::default()
         })

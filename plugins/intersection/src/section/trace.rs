@@ -17,6 +17,45 @@ const SAMPLES: usize = 16;
 /// Pieces that are shorter than this part of the whole are none: where the section passes near a corner of its cells.
 const SHORTEST: f64 = 1e-13;
 
+/// Pieces that are shorter than this part of the tolerance are none either: an end of the next piece takes in where they lie.
+const TOO_SHORT: f64 = 0.1;
+
+/// The pieces without those that are too short, each of which an end of a longer neighbour takes in; and how far ends were moved at most.
+fn without_short(cubics: Vec<Cubic>, least: f64) -> (Vec<Cubic>, f64) {
+    if cubics.iter().map(|cubic| cubic.length).sum::<f64>() < least {
+        return (cubics, 0.0);
+    }
+    let mut kept: Vec<Cubic> = Vec::with_capacity(cubics.len());
+    let (mut moved, mut pending, mut before) = (0.0_f64, None::<Place>, 0.0);
+    for mut cubic in cubics {
+        // Many of them in a row are as long as a piece of their own.
+        if cubic.length < least && before + cubic.length < least {
+            before += cubic.length;
+            match kept.last_mut() {
+                Some(last) => {
+                    let by = cubic.end.point - last.end.point;
+                    last.vertices[2] += by;
+                    last.vertices[3] += by;
+                    last.end = Place { tangent: last.end.tangent, ..cubic.end };
+                    moved = moved.max(before);
+                }
+                None => pending = pending.or(Some(cubic.start)),
+            }
+            continue;
+        }
+        if let Some(start) = pending.take() {
+            let by = start.point - cubic.start.point;
+            cubic.vertices[0] += by;
+            cubic.vertices[1] += by;
+            cubic.start = Place { tangent: cubic.start.tangent, ..start };
+            moved = moved.max(before);
+        }
+        before = 0.0;
+        kept.push(cubic);
+    }
+    (kept, moved)
+}
+
 /// A place of the section and its direction.
 #[derive(Debug, Clone, Copy)]
 struct Place {
@@ -76,6 +115,8 @@ pub(crate) fn trace(
     // What is shorter than rounding of a knot where it lies would repeat that.
     let least = SHORTEST * cubics.iter().map(|cubic| cubic.length).sum::<f64>();
     cubics.retain(|cubic| cubic.length > least);
+    let (cubics, moved) = without_short(cubics, TOO_SHORT * tolerance);
+    let distance = distance + moved;
     let parameters =
         cubics.iter().map(|c| c.start.at).chain(cubics.last().map(|c| c.end.at)).collect::<Vec<_>>();
     let curve = join(&cubics, chain.closed, frame)?;
