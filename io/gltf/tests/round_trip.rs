@@ -10,7 +10,7 @@ use loftsman_kernel::conformance::sample_scene;
 use loftsman_kernel::material::{Alpha, Channel, Filter, Image, ImageData, Material, Texture, Wrap};
 use loftsman_kernel::mesh::{Cloud, Layer, Mesh, NONE, Polyline};
 use loftsman_kernel::plugin::{
-    Chord, Fate, Fineness, Format, Memory, Parameters, ReadOptions, ReadReport, WriteOptions,
+    Chord, Fate, Fineness, Format, Memory, Parameters, ReadOptions, ReadReport, UpChoice, WriteOptions,
 };
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Space, Surface};
@@ -617,4 +617,23 @@ fn a_spline_whose_mesh_is_gone_is_there_all_the_same() {
     let said = "1 exact spline has no lines or faces in the file any more";
     assert_eq!(report.notes.iter().filter(|note| note.starts_with(said)).count(), 1, "{report:?}");
     assert_eq!(format!("{:?}", found.objects()), format!("{:?}", scene.objects()));
+}
+
+/// Who says what a file's numbers are means the numbers as they stand in the file, whatever we noted of them.
+#[test]
+fn a_unit_and_an_axis_that_are_asked_for_are_those_of_the_numbers_in_the_file() {
+    let file = write(&sheet_in(Unit::Millimetre, Up::Z));
+    for (unit, up) in [(Unit::Metre, Up::Y), (Unit::Inch, Up::Y), (Unit::Metre, Up::Z)] {
+        let options = ReadOptions { unit: Some(unit), up: Some(up), ..ReadOptions::default() };
+        let (found, report) = Gltf.read(&file, &options).unwrap();
+        assert!(report.left_out.is_empty(), "{report:?}");
+        for (p, q) in found.objects()[0].geometry().points().iter().zip(patch().points()) {
+            assert!((p - Point::new(q.x, q.z, -q.y) / 1000.0).norm() < 1e-15, "{unit:?} {up:?}: {p} {q}");
+        }
+    }
+    // What goes out in axes of one's own is told.
+    let mut file = Memory::new("turned.glb", "");
+    let options = WriteOptions { up: UpChoice::To(Up::Z), ..coarse() };
+    let report = Gltf.write(&sheet_in(Unit::Millimetre, Up::Z), &mut file, &options).unwrap();
+    assert!(report.notes.iter().any(|note| note.contains("go out with z up")), "{report:?}");
 }

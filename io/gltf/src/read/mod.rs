@@ -78,10 +78,14 @@ pub(crate) fn read(
     let noted = noted.map(|noted| noted.loftsman);
     let (unit, up) = noted.as_ref().map_or((None, None), |noted| (noted.unit, noted.up));
     let said = unit.is_some() || up.is_some();
+    // Who says what the file's numbers are means these as they stand there.
+    let told = options.unit.is_some() || options.up.is_some();
     let of_asset = (unit.unwrap_or(scene.unit), up.unwrap_or(scene.up));
     let frames = noted::Frames {
         of_file: of_asset,
-        of_scene: if said {
+        of_scene: if told {
+            (scene.unit, scene.up)
+        } else if said {
             of_asset
         } else {
             noted::common(&file.root.nodes, &mut report).unwrap_or(of_asset)

@@ -64,6 +64,12 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
     let said =
         |heading: &str| scene.statement(heading).and_then(|text| serde_json::from_str::<Value>(text).ok());
     let mut notes = notes(scene, rounding / change.scale);
+    if up != Up::Y {
+        notes.push(format!(
+            "coordinates go out with {} up, as asked for, and programs take them for y up, as glTF has it, this one too: leave the axis out to have them turned",
+            up.name()
+        ));
+    }
     let mut of_asset = said(ASSET_DATA);
     let mut noted = Map::new();
     if as_usual && !change.is_none() {
