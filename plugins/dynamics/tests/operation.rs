@@ -194,7 +194,7 @@ fn a_direction_that_is_called_to_is_the_kinds() {
     assert!((across.x + across.z).abs() < 1e-7 * across.norm(), "{across}");
     assert!((2.0 * along.x - along.y).abs() + along.z.abs() < 1e-7 * along.norm(), "{along}");
     for (table, word) in [
-        (json!({ "kind": "orthogonal", "at": 3 }), "\"to\""),
+        (json!({ "kind": "orthogonal", "at": 3 }), "\"direction\""),
         (json!({ "kind": "orthogonal", "at": 3, "to": "rope" }), "to"),
         (json!({ "kind": "tangent", "at": 3, "keep": false }), "only true makes sense"),
     ] {

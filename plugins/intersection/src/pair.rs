@@ -283,7 +283,11 @@ impl<B: Met> Answer<'_, B> {
                 // Each reaches beyond its end by as much as the tolerance allows.
                 let follows = (run.from[0] - before.to[0]).abs() <= FOLLOWS * self.a.space().length()
                     && self.one(&before.to, &run.from, 4.0 * self.tolerance)?;
-                if follows || self.along(&run, before) || self.along(before, &run) {
+                if follows
+                    || self.along(&run, before)
+                    || self.along(before, &run)
+                    || self.round_a_seam(&run, before)?
+                {
                     before.places.extend(run.places.iter().filter(|place| place[0] > before.to[0]));
                     if run.to[0] > before.to[0] {
                         before.to = run.to;
@@ -298,6 +302,27 @@ impl<B: Met> Answer<'_, B> {
             }
         }
         Ok(joined)
+    }
+
+    /// Whether a run within the range of another is the same one on the other side of a seam of the other shape: where it starts and ends and between, both are at one place
+    /// whatever their parameters.
+    fn round_a_seam(&self, run: &Run, other: &Run) -> Result<bool> {
+        let reach = 1e-9 * self.a.space().length();
+        if run.from[0] < other.from[0] - reach || run.to[0] > other.to[0] + reach || run.places.is_empty() {
+            return Ok(false);
+        }
+        for place in [0, run.places.len() / 2, run.places.len() - 1].map(|k| &run.places[k]) {
+            let next =
+                other.places.partition_point(|p| p[0] < place[0]).clamp(1, other.places.len().max(2) - 1);
+            let Some([before, after]) = other.places.get(next - 1..=next) else { return Ok(false) };
+            let way = after[0] - before[0];
+            let share = if way > 0.0 { ((place[0] - before[0]) / way).clamp(0.0, 1.0) } else { 0.0 };
+            let beside = [0, 1, 2].map(|k| before[k] + (after[k] - before[k]) * share);
+            if !self.one(&beside, place, 4.0 * self.tolerance)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// Whether all places of a run where another has places, too, are on that: both go the same way on the other shape, as they do not where that

@@ -18,18 +18,24 @@ const VANISHES: f64 = 1e-3;
 const NEARLY: f64 = 0.3;
 
 impl Link {
-    /// Whether it asks for as many numbers as its places have parameters, which do not stop at corners.
-    fn is_followed(&self, equations: usize) -> bool {
-        equations == self.slides.len()
+    /// Whether it asks for as many numbers as its one place has parameters, which do not stop at corners.
+    fn is_followed(&self) -> bool {
+        let numbers =
+            |count: usize| if count == 3 { self.axes.iter().filter(|axis| **axis).count() } else { count };
+        let equations: usize = self.parts.iter().map(|part| numbers(part.value.len())).sum();
+        self.places.len() == 1
             && (1..=2).contains(&equations)
-            && self.places.len() == 1
+            && equations == self.slides.len()
             && !self.has_corners()
     }
 
     /// `∂g/∂s` where its place is now, by lengths along the shape: of two numbers the determinant. None of what is more than followed.
     fn steepness(&self, shapes: &Shapes<'_>) -> Result<Option<f64>> {
+        if !self.is_followed() {
+            return Ok(None);
+        }
         let mut columns: SmallVec<[SmallVec<[f64; 2]>; 2]> = SmallVec::new();
-        for own in 0..self.slides.len() {
+        for (own, slide) in self.slides.iter().enumerate() {
             let order = if own == 0 { Derivative { u: 1, v: 0 } } else { Derivative { u: 0, v: 1 } };
             let mut column: SmallVec<[f64; 2]> = SmallVec::new();
             for part in &self.parts {
@@ -41,16 +47,15 @@ impl Link {
                     along.iter_mut().zip(&all).for_each(|(sum, a)| *sum += term.sign * a);
                 }
                 let asked = |k: &usize| count != 3 || self.axes[*k];
-                column.extend((0..count).filter(asked).map(|k| along[k] * self.slides[own].pace));
+                column.extend((0..count).filter(asked).map(|k| along[k] * slide.pace));
             }
             columns.push(column);
         }
-        let equations = columns.first().map_or(0, |column| column.len());
-        Ok(self.is_followed(equations).then(|| match &columns[..] {
-            [a] => a[0],
-            [a, b] => a[0] * b[1] - a[1] * b[0],
-            _ => f64::NAN,
-        }))
+        Ok(match &columns[..] {
+            [a] => a.first().copied(),
+            [a, b] => a.iter().zip(b.iter().rev()).map(|(a, b)| a * b).reduce(|first, second| first - second),
+            _ => None,
+        })
     }
 
     /// How much what it asks for changes along the shape where that is steepest; none of what is more than followed.
