@@ -243,7 +243,7 @@ impl Operation for CutBy {
                 // Points are where the curve is: what is only rounding is not told.
                 Geometry::Curve(_) if found == 0.0 => {}
                 Geometry::Curve(_) => {
-                    notes.push(format!("largest distance from the plane: {}", one.quantity(found, 1)))
+                    notes.push(format!("largest distance from the plane: {}", one.quantity(found, 1)));
                 }
                 _ => notes.push(format!("largest distance from the surface: {}", one.quantity(found, 1))),
             }
