@@ -426,3 +426,22 @@ fn a_cavity_bounded_by_its_seams_alone_is_cut() {
     // A ring between two circles of 2 ± 0.4.
     near(flat.area.unwrap(), 64.0 - PI * (2.4_f64.powi(2) - 1.6_f64.powi(2)), 1e-6);
 }
+
+/// A section lies in its plane to rounding, also where the plane passes vertices and is moved a little to be cut: then its area is one to whatever asks.
+#[test]
+fn sections_lie_in_their_planes() {
+    let block = Brep::block(Point::new(-1.0, -2.0, -0.5), Point::new(3.0, 2.0, 1.0)).unwrap();
+    let normal = Vector::new(1.0, 1.0, 2.0);
+    // Through vertices of the block, and between.
+    for point in [Point::new(-1.0, 2.0, -0.5), Point::new(3.0, -2.0, -0.5), Point::new(0.3, 0.2, 0.1)] {
+        for tolerance in [1e-3, 1e-6] {
+            let plane = Plane::new(point, normal).unwrap();
+            let cut = brep_section(&block, &plane, &Options::within(tolerance)).unwrap();
+            assert!(cut.curves.len() == 1 && cut.curves[0].closed, "{point}: {cut:?}");
+            let leaves =
+                cut.curves[0].curve.points().iter().map(|p| plane.distance(p).abs()).fold(0.0, f64::max);
+            assert!(leaves < 1e-14, "{point}: {leaves:e}");
+            assert!(cut.curves[0].distance <= tolerance, "{point}: {}", cut.curves[0].distance);
+        }
+    }
+}

@@ -1,8 +1,11 @@
 //! How far places are from the curve, or from all of it but some pieces.
 
-use loftsman_kernel::Point;
 use loftsman_kernel::error::Result;
 use loftsman_kernel::spline::Curve;
+use loftsman_kernel::{Point, Vector};
+
+use super::Job;
+use super::element::direction;
 
 /// The curve in polynomial pieces that turn by no more than a right angle, and the boxes around them.
 pub(super) struct Around {
@@ -71,6 +74,26 @@ impl Around {
             }
         }
         Ok(best)
+    }
+
+    /// Whether a point off the curve lies on the side to which it is moved: as seen from its nearest place, and at a corner from both pieces there.
+    pub(super) fn beside(&self, job: &Job<'_>, point: &Point) -> Result<bool> {
+        let Some((distance, foot)) = self.nearest(point, [usize::MAX; 2], f64::INFINITY)? else {
+            return Ok(true);
+        };
+        let same = 1e-11 * job.size;
+        let mut side = Vector::zeros();
+        for (piece, (low, high)) in self.pieces.iter().zip(&self.boxes) {
+            if (foot.sup(low).inf(high) - foot).norm() > same {
+                continue;
+            }
+            let found = piece.closest(*point)?;
+            if found.distance <= distance + same && (found.point - foot).norm() <= same {
+                let (_, _, tangent, _) = direction(piece, found.at)?;
+                side += tangent.cross(&job.plane.normal) * job.distance;
+            }
+        }
+        Ok(side.dot(&(point - foot)) >= 0.0)
     }
 
     /// The distance of a point from the curve.

@@ -8,6 +8,9 @@ use super::Job;
 use super::element::Element;
 use super::keep::Interval;
 
+/// A part of no more than this of the curve's parameters is none.
+const SHORTEST: f64 = 1e-14;
+
 /// A piece of the offset: its intervals, and the curve that they became.
 pub(super) struct Chain {
     pub(super) curve: Curve,
@@ -125,10 +128,18 @@ fn crossing(
         // p + p' ds = q + q' dt.
         let normal = job.plane.normal;
         let area = p.derivative.cross(&q.derivative).dot(&normal);
-        if area.abs() <= 1e-12 * p.derivative.norm() * q.derivative.norm() {
-            break;
-        }
         let ((a, b), (c, d)) = (first.domain(), second.domain());
+        if area.abs() <= 1e-12 * p.derivative.norm() * q.derivative.norm() {
+            if p.derivative.dot(&q.derivative) <= 0.0 {
+                break;
+            }
+            // In one line the first goes on to where the second starts, and where it cannot, that starts earlier.
+            let further = (s + away.dot(&p.derivative) / p.derivative.norm_squared()).clamp(a, b);
+            let rest = away - p.derivative * (further - s);
+            s = further;
+            t = (t - rest.dot(&q.derivative) / q.derivative.norm_squared()).clamp(c, d);
+            continue;
+        }
         s = (s + away.cross(&q.derivative).dot(&normal) / area).clamp(a, b);
         t = (t + away.cross(&p.derivative).dot(&normal) / area).clamp(c, d);
     }
@@ -147,12 +158,18 @@ fn assembled(
     let mut curves = Vec::new();
     let mut placed = Vec::new();
     let mut at = parts.first().map_or(0.0, |p| p.from);
-    for part in parts {
+    // What two cuts leave between them by rounding has no parameters of its own.
+    let whole = job.curve.space().length();
+    let usable = |p: &&Interval| p.to - p.from > SHORTEST * (p.from.abs().max(p.to.abs()) + whole);
+    for part in parts.iter().filter(usable) {
         let curve = elements[part.element].curve(job, part.from, part.to, fit)?;
         let width = curve.space().length();
         placed.push((*part, (at, at + width)));
         curves.push(curve.reparametrise(at, at + width)?);
         at += width;
+    }
+    if curves.is_empty() {
+        return Ok(None);
     }
     let mut curve = joined(job, curves)?;
     let (low, high) = curve.hull_bounds();

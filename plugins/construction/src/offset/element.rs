@@ -4,6 +4,7 @@ use loftsman_kernel::error::{Error, Figure, Result};
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
+use super::tip::{Tip, Tips};
 use super::{Corners, Job};
 
 /// What is straight or round to this part of its size is so.
@@ -19,8 +20,8 @@ pub(super) enum Element {
     Moved { piece: Curve, kind: Kind, index: usize },
     /// An arc about a corner, from the vector `from`, over `[0, width]`.
     Arc { corner: Point, from: Vector, sweep: f64, width: f64, between: [usize; 2] },
-    /// A side of a sharp corner, over `[0, width]`.
-    Side { from: Point, to: Point, width: f64, between: [usize; 2] },
+    /// A side of a sharp corner, over `[0, width]`: the first or the second of a tip.
+    Side { from: Point, to: Point, width: f64, between: [usize; 2], tip: (usize, usize) },
 }
 
 /// What a piece is.
@@ -50,6 +51,35 @@ impl Element {
     /// Whether it is the side of a tip, which is further away than asked for.
     pub(super) fn is_side(&self) -> bool {
         matches!(self, Self::Side { .. })
+    }
+
+    /// The tip of which it is a side, and which side.
+    pub(super) fn tip(&self) -> Option<(usize, usize)> {
+        if let Self::Side { tip, .. } = self { Some(*tip) } else { None }
+    }
+
+    /// A box that it does not leave.
+    pub(super) fn bounds(&self, job: &Job<'_>) -> (Point, Point) {
+        let reach = Vector::repeat(job.distance.abs());
+        match self {
+            Self::Moved { piece, .. } => {
+                let (low, high) = piece.hull_bounds();
+                (low - reach, high + reach)
+            }
+            Self::Arc { corner, .. } => (corner - reach, corner + reach),
+            Self::Side { from, to, .. } => (from.inf(to), from.sup(to)),
+        }
+    }
+
+    /// Whether it is straight and passed at one speed.
+    pub(super) fn is_even(&self) -> bool {
+        match self {
+            Self::Moved { piece, kind, .. } => {
+                matches!(kind, Kind::Straight) && piece.degree() == 1 && piece.weights().is_none()
+            }
+            Self::Arc { .. } => false,
+            Self::Side { .. } => true,
+        }
     }
 
     /// The pieces that it comes from, which it is the distance away from.
@@ -164,7 +194,7 @@ impl Element {
 
 /// A piece's point, derivative, unit tangent, and the tangent's derivative. Where a piece starts or ends with vertices that fall together,
 /// its direction is that of the first derivative that is not 0: `C'(h) ∝ ±(C⁽ᵏ⁾ + C⁽ᵏ⁺¹⁾ h/k)`.
-fn direction(piece: &Curve, t: f64) -> Result<(Point, Vector, Vector, Vector)> {
+pub(super) fn direction(piece: &Curve, t: f64) -> Result<(Point, Vector, Vector, Vector)> {
     let (a, b) = piece.domain();
     let run: f64 = piece.points().windows(2).map(|w| (w[1] - w[0]).norm()).sum();
     let orders = (piece.degree() + 1).min(loftsman_kernel::error::MAX_DEGREE);
@@ -196,31 +226,35 @@ fn direction(piece: &Curve, t: f64) -> Result<(Point, Vector, Vector, Vector)> {
     Err(Error::Invalid(format!("the curve stops at {} and has no side there: split it there", Figure(t))))
 }
 
-/// All elements in the curve's order, and how many sharp corners are round.
-pub(super) fn elements(job: &Job<'_>) -> Result<(Vec<Element>, usize)> {
+/// What an offset consists of before anything is cut away.
+#[derive(Default)]
+pub(super) struct Elements {
+    /// In the curve's order.
+    pub(super) all: Vec<Element>,
+    tips: Vec<Tip>,
+    /// How many sharp corners are round.
+    pub(super) blunted: usize,
+}
+
+/// All elements in the curve's order, and the tips of its corners.
+pub(super) fn elements(job: &Job<'_>) -> Result<(Elements, Tips)> {
     let pieces = &job.around.pieces;
     // The mean of 1 / |C'|.
     let run: f64 = pieces.iter().flat_map(|p| p.points().windows(2).map(|w| (w[1] - w[0]).norm())).sum();
     let pace = job.curve.space().length() / run;
-    let mut elements = Vec::new();
-    let mut blunted = 0;
+    let mut elements = Elements::default();
     for (k, piece) in pieces.iter().enumerate() {
-        elements.push(Element::Moved { piece: piece.clone(), kind: kind(job, piece)?, index: k });
+        elements.all.push(Element::Moved { piece: piece.clone(), kind: kind(job, piece)?, index: k });
         let next = if k + 1 < pieces.len() { k + 1 } else { 0 };
         if next > 0 || job.plane.closed {
-            join(job, [k, next], pace, &mut elements, &mut blunted)?;
+            join(job, [k, next], pace, &mut elements)?;
         }
     }
-    Ok((elements, blunted))
+    let tips = Tips::new(std::mem::take(&mut elements.tips));
+    Ok((elements, tips))
 }
 
-fn join(
-    job: &Job<'_>,
-    between: [usize; 2],
-    pace: f64,
-    elements: &mut Vec<Element>,
-    blunted: &mut usize,
-) -> Result<()> {
+fn join(job: &Job<'_>, between: [usize; 2], pace: f64, elements: &mut Elements) -> Result<()> {
     let [piece, next] = between.map(|k| &job.around.pieces[k]);
     let (corner, arriving, before, _) = direction(piece, piece.domain().1)?;
     let (start, leaving, after, _) = direction(next, next.domain().0)?;
@@ -244,15 +278,18 @@ fn join(
     if job.corners == Corners::Sharp && !back && near * TIP >= 1.0 {
         let tip = corner + (arms[0] + arms[1]) / (1.0 + cosine);
         let ends = [corner + arms[0], tip, corner + arms[1]];
+        let index = elements.tips.len();
         for k in 0..2 {
             let (from, to) = (ends[k], ends[k + 1]);
-            elements.push(Element::Side { from, to, width: (to - from).norm() * paces[k], between });
+            let width = (to - from).norm() * paces[k];
+            elements.all.push(Element::Side { from, to, width, between, tip: (index, k) });
         }
+        elements.tips.push(Tip::new(corner, arms, tip, &normal));
         return Ok(());
     }
-    *blunted += usize::from(job.corners == Corners::Sharp);
+    elements.blunted += usize::from(job.corners == Corners::Sharp);
     let width = reach * sweep.abs() * 0.5 * (paces[0] + paces[1]);
-    elements.push(Element::Arc { corner, from: arms[0], sweep, width, between });
+    elements.all.push(Element::Arc { corner, from: arms[0], sweep, width, between });
     Ok(())
 }
 

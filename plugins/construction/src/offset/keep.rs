@@ -4,6 +4,7 @@ use loftsman_kernel::error::{Error, Figure, Result};
 
 use super::Job;
 use super::element::Element;
+use super::tip::{Among, Tips};
 
 /// Halvings of the parameter between a place that is kept and one that is not.
 const BISECTIONS: usize = 40;
@@ -25,9 +26,16 @@ pub(super) struct Kept {
 
 /// Goes along each element by steps no longer than the rest of the curve (all but the piece itself, or those at a corner) is further away than
 /// the distance `d`: on the way it cannot come nearer than that. What comes nearer by `ε` does so over `2 √(2 d ε)` at least; steps
-/// are never shorter than a third of that for the tolerance.
+/// are never shorter than a third of that for the tolerance. Where it is too near, steps are as long as it stays so for certain.
+/// What is inside the tip of another corner is not kept: lines are asked where they enter and leave it, all else as for the distance.
 /// `looked` counts the places of all rounds.
-pub(super) fn kept(job: &Job<'_>, elements: &[Element], round: u32, looked: &mut usize) -> Result<Kept> {
+pub(super) fn kept(
+    job: &Job<'_>,
+    elements: &[Element],
+    tips: &Tips,
+    round: u32,
+    looked: &mut usize,
+) -> Result<Kept> {
     let mut kept = Kept { intervals: Vec::new(), cut: 0 };
     let away = job.distance.abs();
     let enough = away - job.slack();
@@ -35,11 +43,23 @@ pub(super) fn kept(job: &Job<'_>, elements: &[Element], round: u32, looked: &mut
     let mut before = true;
     let most_places = job.places(elements.len());
     for (index, element) in elements.iter().enumerate() {
-        let valid =
-            |t: f64| -> Result<bool> { Ok(job.around.distance(&element.place(job, t)?.point)? >= enough) };
+        let among = Among::new(job, element, tips);
+        // How far it is not kept for certain; `None` where it is.
+        let lost = |t: f64| -> Result<Option<f64>> {
+            let point = element.place(job, t)?.point;
+            let near = job.around.distance(&point)?;
+            if near < enough { Ok(Some(enough - near)) } else { among.covered(job, &point) }
+        };
+        let valid = |t: f64| lost(t).map(|lost| lost.is_none());
         let (a, b) = element.domain();
         let widest = (b - a) / element.samples(round) as f64;
-        let mut last = (a, valid(a)?);
+        let start = element.place(job, a)?;
+        let even = element.is_even();
+        let mut events: Vec<f64> =
+            if even { among.events(&start.point, &start.derivative) } else { Vec::new() };
+        events.reverse();
+        let mut sure = lost(a)?;
+        let mut last = (a, sure.is_none());
         let mut from = a;
         kept.cut += usize::from(before && !last.1);
         let mut t = a;
@@ -54,14 +74,26 @@ pub(super) fn kept(job: &Job<'_>, elements: &[Element], round: u32, looked: &mut
             }
             let place = element.place(job, t)?;
             let speed = place.derivative.norm();
-            let most = away + speed * widest;
-            let free =
-                job.around.nearest(&place.point, element.own(), most)?.map_or(most, |found| found.0) - away;
+            let free = if let Some(sure) = sure {
+                sure
+            } else {
+                let most = away + speed * widest;
+                let rest =
+                    job.around.nearest(&place.point, element.own(), most)?.map_or(most, |found| found.0);
+                (rest - away).min(if even { f64::INFINITY } else { among.free(&place.point) })
+            };
             let step = free.max(shortest) / speed;
+            let here = t;
             t = if step < widest { t + step } else { t + widest };
             // No last step of rounding.
             t = if t < b - 1e-3 * widest { t } else { b };
-            let here = (t, valid(t)?);
+            while let Some(event) = events.pop_if(|event| a + *event < t) {
+                if a + event > here {
+                    t = a + event;
+                }
+            }
+            sure = lost(t)?;
+            let here = (t, sure.is_none());
             if here.1 != last.1 {
                 let edge = edge(last, here, &valid)?;
                 if last.1 {

@@ -4,6 +4,7 @@ use loftsman_kernel::error::Result;
 
 use super::chain::Chain;
 use super::element::Element;
+use super::tip::Tips;
 use super::{Corners, Job};
 
 /// Places of a span, and of a part that is kept.
@@ -12,7 +13,7 @@ const PLACES: usize = 8;
 /// Whether everything that ends should end there. The offset of a piece is cut where another piece comes as near as the distance: where it
 /// comes so on the side that is offset, its own offset begins there, and what is put together goes on. (On the other side, as where the curve
 /// crosses itself, nothing does.)
-pub(super) fn complete(job: &Job<'_>, elements: &[Element], chains: &[Chain]) -> Result<bool> {
+pub(super) fn complete(job: &Job<'_>, elements: &[Element], tips: &Tips, chains: &[Chain]) -> Result<bool> {
     if job.corners == Corners::Open {
         return Ok(true);
     }
@@ -28,6 +29,10 @@ pub(super) fn complete(job: &Job<'_>, elements: &[Element], chains: &[Chain]) ->
                 |p: &loftsman_kernel::Point| (p - end).norm() <= job.distance.abs() + 10.0 * job.tolerance;
             if !job.plane.closed && own_ends.iter().any(near) {
                 continue;
+            }
+            // What ends at the tip of a corner goes on along its sides.
+            if tips.touch(&end, job.tolerance) {
+                return Ok(false);
             }
             let reach = job.distance.abs() + job.tolerance;
             for (_, piece) in job.around.pieces.iter().enumerate().filter(|(k, _)| !own.contains(k)) {

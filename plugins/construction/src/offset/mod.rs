@@ -11,12 +11,13 @@ mod keep;
 mod measure;
 mod operation;
 mod plane;
+mod tip;
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::error::{Error, Figure, Result};
 use loftsman_kernel::spline::Curve;
 
-use element::elements;
+use element::{Elements, elements};
 pub use operation::OffsetOf;
 
 /// What happens where the curve has a corner, on the side where its offset falls apart.
@@ -25,7 +26,8 @@ pub enum Corners {
     /// An arc about the corner: all of it is as far from the curve as asked for.
     #[default]
     Round,
-    /// Both sides are prolonged until they meet, as long as that is no further than four distances from the corner; round else.
+    /// Both sides are prolonged until they meet, as long as that is no further than four distances from the corner; round else. What they enclose with the corner
+    /// counts as nearer than the distance: no other part goes through it, and it ends where it would come to the other side of the curve.
     Sharp,
     /// Nothing: the offset ends there, and begins again.
     Open,
@@ -65,7 +67,7 @@ pub struct Offset {
 /// along its derivatives, with the curve's own parameters, halved until they are near enough. Then the deviation is measured afresh,
 /// both ways, on the curves that are handed out.
 ///
-/// A part is kept where no place of the curve is nearer than the distance, to 2e-9 of it and 1e-11 of the size. Between the places
+/// A part is kept where no place of the curve is nearer than the distance and no tip of another sharp corner goes over it, to 2e-9 of it and 1e-11 of the size. Between the places
 /// where that is asked the rest of the curve is too far away to be nearer by more than the tolerance. `O(n k)` closest points for `n` pieces and `k` places.
 ///
 /// ```
@@ -119,11 +121,11 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
     }
     let around = around::Around::new(curve, 1e-14 * size)?;
     let job = Job { curve, around, plane, distance, tolerance, size, corners: options.corners };
-    let (elements, blunted) = elements(&job)?;
+    let (Elements { all: elements, blunted, .. }, tips) = elements(&job)?;
     let mut missed = Missed::Nothing;
     let mut looked = 0;
     for round in 0..ROUNDS {
-        let kept = keep::kept(&job, &elements, round, &mut looked)?;
+        let kept = keep::kept(&job, &elements, &tips, round, &mut looked)?;
         let cut = kept.cut;
         let chains = if kept.intervals.is_empty() {
             Vec::new()
@@ -138,7 +140,7 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
             }
             continue;
         }
-        if !measure::complete(&job, &elements, &chains)? {
+        if !measure::complete(&job, &elements, &tips, &chains)? {
             missed = Missed::Parts;
             continue;
         }

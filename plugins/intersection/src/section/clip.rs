@@ -119,7 +119,14 @@ pub(crate) fn clipped(
         if !is_inside {
             continue;
         }
-        let [from, to] = [from, to].map(|t| on_knot(&knots, t, KNOT * length));
+        let near = KNOT * length;
+        let mut from = on_knot(&knots, from, near);
+        let mut to = on_knot(&knots, to, near);
+        // What starts where a loop ends is in its first round: its knots are the curve's own there, and not those a round later, rounded.
+        if branch.closed && from >= end {
+            from = start;
+            to = on_knot(&knots, to - length, near);
+        }
         let curve = branch.curve.between(from, to)?;
         let (space, mut points, weights) = curve.into_parts();
         let rim = points.len() - 1;
@@ -135,6 +142,9 @@ pub(crate) fn clipped(
     }
     Ok(Some(parts))
 }
+
+/// The least span between knots, as a part of these.
+const SPAN: f64 = 64.0 * f64::EPSILON;
 
 /// A parameter, or the knot that it is beside: what would be between them is shorter than can be told.
 fn on_knot(knots: &[f64], t: f64, near: f64) -> f64 {
@@ -224,11 +234,11 @@ fn one<'a>(curves: impl ExactSizeIterator<Item = &'a Curve>) -> Result<Curve> {
         } else {
             1
         };
-        // Behind a long curve a short one's knots may round to one: each lies behind the one before, however little.
+        // Behind a long curve a short one's knots may round to one: each lies so far behind the one before that the span between is one.
         let mut last = (start, knots.last().copied().unwrap_or(start));
         for &u in own.iter().filter(|&&u| u > start && u < end).chain([&end; 3]) {
             if u > last.0 {
-                last = (u, (u + shift).max(last.1.next_up()));
+                last = (u, (u + shift).max(last.1 + (SPAN * last.1.abs()).max(f64::MIN_POSITIVE)));
             }
             knots.push(last.1);
         }
@@ -252,4 +262,59 @@ pub(crate) fn doubled_area(curve: &Curve, normal: &Vector) -> Result<f64> {
         }
     }
     Ok(sum)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
+
+    use loftsman_kernel::spline::Surface;
+
+    use super::*;
+    use crate::{Options, Plane, section};
+
+    /// A part that starts where a loop ends has the loop's own knots: none that are those but for rounding. So do parts behind one another.
+    #[test]
+    fn parts_have_no_spans_of_rounding() {
+        for k in 0..40 {
+            let radius = 1.0 + 0.137 * f64::from(k);
+            let ring = Curve::circle(Point::origin(), Vector::z(), radius).unwrap();
+            let pipe = Surface::extrusion(&ring, Vector::z() * 5.0).unwrap();
+            let plane = Plane::new(Point::new(0.0, 0.0, 2.0), Vector::z()).unwrap();
+            let cut = section(&pipe, &plane, &Options::within(1e-6)).unwrap();
+            let branch = &cut.curves[0];
+            let (start, end) = branch.curve.domain();
+            let knots = branch.curve.space().breakpoints();
+            let middle = knots[knots.len() / 2];
+            assert!(branch.closed && start < middle && middle < end);
+            let gate = |at: f64, turn: i32, event: usize| {
+                let point = branch.curve.point(at).unwrap();
+                Gate { at, turn, point, event: (event, 0) }
+            };
+            let least = |curve: &Curve| {
+                let knots = curve.space().breakpoints();
+                knots.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min)
+            };
+            for way in [1, -1] {
+                let gates = vec![gate(middle, -way, 0), gate(end, way, 1)];
+                let parts = clipped(branch, gates, 0, |_| Ok(None)).unwrap().unwrap();
+                assert_eq!(parts.len(), 1);
+                assert!(
+                    least(&parts[0].curve) > 1e-6,
+                    "{radius}: {:?}",
+                    parts[0].curve.space().breakpoints()
+                );
+            }
+        }
+        // Behind a long curve one that is shorter than rounding of its end.
+        let line = |from: f64, to: f64| {
+            let [a, b] = [from, to].map(|x| Point::new(x, 0.0, 0.0));
+            Curve::line(a, b).unwrap().elevate(2).unwrap().reparametrise(from, to).unwrap()
+        };
+        let (long, short) = (line(0.0, 1e9), line(0.0, 1e-9));
+        let both = one([long, short].iter()).unwrap();
+        for span in both.bezier_segments().unwrap() {
+            assert!(span.reparametrise(0.0, 1.0).is_ok());
+        }
+    }
 }

@@ -12,6 +12,7 @@
 mod cell;
 mod chain;
 mod clip;
+mod flat;
 mod shell;
 mod touch;
 mod trace;
@@ -99,7 +100,11 @@ pub struct Section {
 /// # Errors
 /// When the tolerance is no length, or the surface is too large for numbers.
 pub fn section(surface: &Surface, plane: &Plane, options: &Options) -> Result<Section> {
-    cut(surface, plane, options, Sides::Both)
+    let mut found = cut(surface, plane, options, Sides::Both)?;
+    for branch in &mut found.curves {
+        branch.distance += flat::lay(&mut branch.curve, plane)?;
+    }
+    Ok(found)
 }
 
 /// Which lines along which a surface touches a plane belong to its section.

@@ -12,7 +12,7 @@ use loftsman_kernel::spline::{Curve, Surface};
 use loftsman_kernel::{Point, Vector, parallel};
 
 use super::clip::{Gate, Part, ShellCurve, clipped, doubled_area, joined};
-use super::{Section, Sides, cut};
+use super::{Section, Sides, cut, flat};
 use crate::error::Result;
 use crate::intersections::{Contact, Options, Plane};
 use crate::pair::setting;
@@ -88,7 +88,9 @@ pub fn brep_section(brep: &Brep, plane: &Plane, options: &Options) -> Result<She
         let off = (moved.point() - plane.point()).norm();
         if off > tolerance {
             found.tolerance = off + tolerance;
-            found.curves.iter_mut().for_each(|curve| curve.distance += off);
+        }
+        for branch in &mut found.curves {
+            branch.distance += flat::lay(&mut branch.curve, plane)?;
         }
         if best.as_ref().is_none_or(|known| lacks(&found) < lacks(known)) {
             best = Some(found);
@@ -115,7 +117,10 @@ fn at_plane(
     let crossings =
         parallel::map(edges.len(), |k| edges[k].as_ref().map_or(Ok(Vec::new()), |c| crossings(c, plane)));
     let crossings: Vec<Vec<Crossing>> = crossings.into_iter().collect::<Result<_>>()?;
-    let cut = Cut { brep, edges, plane: *plane, tolerance, crossings };
+    // Branches are drawn the nearer, the further the plane was moved: then they are laid into that given.
+    let off = (plane.point() - original.point()).norm();
+    let drawn = if off < tolerance { tolerance - off } else { tolerance };
+    let cut = Cut { brep, edges, plane: *plane, tolerance, drawn, crossings };
     let mut all = ShellSection { tolerance, ..ShellSection::default() };
     let mut parts = Vec::new();
     for (face, found) in
@@ -229,6 +234,8 @@ struct Cut<'b> {
     edges: &'b [Option<Curve>],
     plane: Plane,
     tolerance: f64,
+    /// How near to the section by that plane branches are drawn.
+    drawn: f64,
     crossings: Vec<Vec<Crossing>>,
 }
 
@@ -244,7 +251,7 @@ impl Cut<'_> {
             return Ok(Face::Coincident);
         }
         let Section { curves, touching, undecided, .. } =
-            cut(&surface, &self.plane, &Options::within(self.tolerance), Sides::One)?;
+            cut(&surface, &self.plane, &Options::within(self.drawn), Sides::One)?;
         if !undecided.is_empty() {
             return Ok(Face::Undecided);
         }

@@ -7,7 +7,7 @@ use loftsman_kernel::spline::{Surface, Trimmed};
 
 use super::clip::{Gate, clipped, joined};
 use super::shell::ShellSection;
-use super::{Section, Sides, cut};
+use super::{Section, Sides, cut, flat};
 use crate::error::Result;
 use crate::intersections::{Options, Plane};
 
@@ -64,6 +64,9 @@ pub fn trimmed_section(trimmed: &Trimmed, plane: &Plane, options: &Options) -> R
         parts.extend(clipped(branch, gates, 0, inside)?.unwrap_or_default());
     }
     all.curves = joined(parts)?;
+    for branch in &mut all.curves {
+        branch.distance += flat::lay(&mut branch.curve, plane)?;
+    }
     Ok(all)
 }
 
