@@ -162,7 +162,7 @@ impl Operation for FitPoints {
             (fitted.curve, report)
         };
         if !parameters.has("corners") {
-            report.notes.extend(corner(points, closed));
+            report.notes.extend(corner(points, closed, parameters.flag("interpolate")?));
         }
         let report = StepReport { op: DECLARATION.name.into(), object: Some(name.to_owned()), ..report };
         scene.replace(name, curve)?;
@@ -171,7 +171,7 @@ impl Operation for FitPoints {
 }
 
 /// What to say where the points turn too sharply for a smooth curve: the sharpest corner, and what to do.
-fn corner(points: &[Point], closed: bool) -> Option<String> {
+fn corner(points: &[Point], closed: bool, interpolates: bool) -> Option<String> {
     let n = points.len();
     let turn = |k: usize| {
         let before = points[k] - points[(k + n - 1) % n];
@@ -186,6 +186,9 @@ fn corner(points: &[Point], closed: bool) -> Option<String> {
         return None;
     }
     let advice = match (closed, k) {
+        _ if interpolates => {
+            "a `fit` without `interpolate` keeps such corners (corners = \"auto\", or an angle in degrees)"
+        }
         (true, 0) => {
             "closed = false keeps the corner there, corners = \"auto\" (or an angle in degrees) all such"
         }

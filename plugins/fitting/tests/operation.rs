@@ -124,6 +124,10 @@ fn corners_are_asked_for_in_degrees_or_found() {
         );
         assert_eq!(scene.curve("star").unwrap().points().len(), 30);
     }
+    // Where every point is interpolated corners cannot be kept: what is advised can be done.
+    let through = run(&mut scene.clone(), json!({ "object": "star", "interpolate": true })).unwrap();
+    let told = through.notes.iter().find(|n| n.contains("overshoot")).unwrap();
+    assert!(told.contains("a `fit` without `interpolate` keeps such corners"), "{told}");
     let smooth = run(&mut scene, json!({ "object": "star", "tolerance": 0.1 })).unwrap();
     assert!(smooth.notes.iter().any(|n| n.contains("corners = \"auto\"")), "{:?}", smooth.notes);
     assert!(smooth.notes.iter().any(|n| n.starts_with("length ")), "{:?}", smooth.notes);

@@ -443,8 +443,7 @@ fn too_close(surface: &Surface) -> String {
     }
     let (_, name, at, gap) = closest;
     format!(
-        "how much the surface bends cannot be measured: its knots at {name} = {} are only {} apart. Say metric = \"least\", or take knots out \
-         first (`simplify`)",
+        "how much the surface bends cannot be measured: its knots at {name} = {} are only {} apart. Say metric = \"least\"",
         figure(at),
         short(gap)
     )
