@@ -4,10 +4,9 @@ use loftsman_kernel::Point;
 use loftsman_kernel::functional::Shapes;
 use loftsman_kernel::shape::{Derivative, Interval, Location, Shape};
 
-use crate::body::extent;
+use crate::body::{Body, extent};
 use crate::constraint::Hold;
 use crate::error::{DynamicsError, Result};
-use crate::simulation::Moving;
 
 /// What there is to know of where a parameter may be.
 #[derive(Debug, Clone, Copy)]
@@ -68,8 +67,7 @@ pub(crate) fn check_constraint(constraint: &Hold, shapes: &Shapes<'_>) -> Result
 }
 
 /// How a parameter of a body runs.
-pub(crate) fn slide_of(bodies: &[Moving], body: usize, axis: usize) -> Result<Slide> {
-    let body = bodies.get(body).map(|moving| &moving.body);
+pub(crate) fn slide_of(body: Option<&Body>, axis: usize) -> Result<Slide> {
     let (Some(body), Some(interval)) = (body, body.and_then(|body| body.interval(axis))) else {
         let more = "a location with more parameters than the shape has".into();
         return Err(loftsman_kernel::Error::Invalid(more).into());

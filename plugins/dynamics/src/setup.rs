@@ -229,7 +229,12 @@ impl Setup {
                 .into_iter()
                 .map(|constraint| {
                     check_constraint(&constraint, &shapes)?;
-                    Link::new(constraint, &shapes, &|body, axis| slide_of(&moving, body, axis), draw)
+                    Link::new(
+                        constraint,
+                        &shapes,
+                        &|body, axis| slide_of(moving.get(body).map(|moving| &moving.body), axis),
+                        draw,
+                    )
                 })
                 .collect::<Result<Vec<_>>>()?;
             let mut loads = Vec::new();

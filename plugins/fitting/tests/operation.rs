@@ -125,7 +125,11 @@ fn corners_are_asked_for_in_degrees_or_found() {
         assert_eq!(scene.curve("star").unwrap().points().len(), 30);
     }
     // Where every point is interpolated corners cannot be kept: what is advised can be done.
-    let through = run(&mut scene.clone(), json!({ "object": "star", "interpolate": true })).unwrap();
+    let hook =
+        (0..11).map(|k: i32| Point::new(f64::from(k.min(5)), f64::from((k - 5).max(0)), 0.0)).collect();
+    let mut other = Scene::new();
+    other.add(Object::new("hook", Geometry::Polyline(Polyline { points: hook, closed: false }))).unwrap();
+    let through = run(&mut other, json!({ "object": "hook", "interpolate": true })).unwrap();
     let told = through.notes.iter().find(|n| n.contains("overshoot")).unwrap();
     assert!(told.contains("a `fit` without `interpolate` keeps such corners"), "{told}");
     let smooth = run(&mut scene, json!({ "object": "star", "tolerance": 0.1 })).unwrap();

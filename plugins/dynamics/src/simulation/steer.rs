@@ -101,7 +101,12 @@ impl Simulation {
         let link = {
             let shapes = shapes(&self.bodies);
             check_constraint(&constraint, &shapes)?;
-            Link::new(constraint, &shapes, &|body, axis| slide_of(&self.bodies, body, axis), draw)?
+            Link::new(
+                constraint,
+                &shapes,
+                &|body, axis| slide_of(self.bodies.get(body).map(|moving| &moving.body), axis),
+                draw,
+            )?
         };
         self.links.push(link);
         Ok(self.links.len() - 1)
