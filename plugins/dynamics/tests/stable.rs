@@ -86,7 +86,7 @@ fn the_stated_step_of_bending_is_sharp() {
                 .map(|t| if uneven { t * (1.0 + 0.1 * t) } else { t })
                 .collect();
             let points = (0..n).map(|i| {
-                let turn = 5.0 * f64::from(i) / f64::from(n as i32);
+                let turn = 5.0 * f64::from(i) / f64::from(n);
                 Point::new(turn.cos(), turn.sin(), 0.1 * turn)
             });
             let weights = weighted.then(|| (0..n).map(|i| 1.0 + 0.5 * f64::from(i % 3)).collect());

@@ -121,8 +121,8 @@ impl Simulation {
                 Ok(false) => {
                     let stable = self.stable_step();
                     let shapes = shapes(&self.bodies);
-                    let held = self.links.iter().filter(|link| link.is_held() && !link.slides.is_empty());
-                    let vanished = held.filter(|link| link.is_vanishing(&shapes).unwrap_or(false)).next();
+                    let mut held = self.links.iter().filter(|link| link.is_held() && !link.slides.is_empty());
+                    let vanished = held.find(|link| link.is_vanishing(&shapes).unwrap_or(false));
                     if let Some(link) = vanished {
                         done =
                             Err(DynamicsError::Vanishes { constraint: link.name.clone(), time: self.time });
