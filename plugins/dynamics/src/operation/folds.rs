@@ -17,7 +17,7 @@ const MORE: usize = 6;
 const STILL: f64 = 1e-3;
 /// The place of the least speed is found by so many cuts in three.
 const CUTS: usize = 60;
-/// `bending` beyond this share of stiffness times the square of the length shortens what is curved, and so does any that draws what stays curved together by half of what shows.
+/// `bending` beyond this share of stiffness times the square of the length shortens what is curved, and so does any that draws what stays curved together by half of that or more.
 const STRONG: f64 = 0.1;
 const SHORTER: f64 = 2e-3;
 /// The centre of mass is off where it is so by more than this share of the size.
@@ -107,7 +107,8 @@ pub(super) fn shrunk(
         )));
     }
     let drawn = bending / stiffness * mean_square_of_curvature(shape)?;
-    Ok((drawn > 0.5 * SHORTER).then(|| {
+    // More than that is other forces' work.
+    Ok((drawn > 0.5 * shorter).then(|| {
         format!(
             "{name:?} is {} % shorter than at rest: as curved as it is its `bending` draws it together, by about {} % (`bending / stiffness` times the mean square of its \
              curvature); give more stiffness, or less bending",
