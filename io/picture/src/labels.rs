@@ -137,7 +137,9 @@ pub(crate) struct Placed {
 /// the drawing if need be; only its leader may cross lines. Rows of numbers come last, by rank, and stay near their spots; what has no room
 /// there is left out, and counted. `O(cells of the page)` for each label that is moved away.
 pub(crate) fn place(labels: &[Label], ink: &Ink, theme: Theme, first: usize, faces: bool) -> Placed {
-    let mut page = Page { ink, free: Free::of(ink), placed: Vec::new(), leaders: Vec::new() };
+    let rows = labels.iter().filter(|label| label.row.is_some()).map(|label| label.anchor);
+    let spots = rows.take(Numbers::MOST).collect();
+    let mut page = Page { ink, free: Free::of(ink), spots, placed: Vec::new(), leaders: Vec::new() };
     let mut found = Placed::default();
     let mut order: Vec<&Label> = labels.iter().collect();
     // What has to be said has the first choice. The sort is stable: else they come as they are given.
@@ -209,7 +211,9 @@ pub(crate) struct Room<'a> {
 impl<'a> Room<'a> {
     /// The room that ink leaves.
     pub(crate) fn on(ink: &'a Ink) -> Self {
-        Self { page: Page { ink, free: Free::of(ink), placed: Vec::new(), leaders: Vec::new() } }
+        let page =
+            Page { ink, free: Free::of(ink), spots: Vec::new(), placed: Vec::new(), leaders: Vec::new() };
+        Self { page }
     }
 
     /// How far off a label has to stand; `None` where it has no place.
@@ -235,6 +239,8 @@ const TANGLED: f64 = 60.0;
 struct Page<'a> {
     ink: &'a Ink,
     free: Free,
+    /// The spots of the numbers of rows.
+    spots: Vec<Spot>,
     placed: Vec<Rect>,
     leaders: Vec<[Spot; 2]>,
 }
@@ -250,6 +256,18 @@ impl Page<'_> {
             && !self.leaders.iter().any(|leader| meets(*leader, rect))
     }
 
+    /// Whether it is seen which spot of a row a number belongs to: a leader leads there, or none other is as near.
+    fn is_told(&self, label: &Label, rect: &Rect, radius: f64) -> bool {
+        let off = |spot: &Spot| {
+            let [x, y] = [0, 1].map(|i| spot[i].clamp(rect.low[i], rect.high[i]) - spot[i]);
+            x.hypot(y)
+        };
+        let own = off(&label.anchor);
+        label.row.is_none()
+            || leader(label, rect, radius).is_some()
+            || !self.spots.iter().any(|spot| *spot != label.anchor && off(spot) <= own)
+    }
+
     /// What a leader would run across.
     fn crossed(&self, label: &Label, rect: &Rect, radius: f64) -> f64 {
         let Some([start, end]) = leader(label, rect, radius) else { return 0.0 };
@@ -261,7 +279,7 @@ impl Page<'_> {
     fn beside(&self, label: &Label) -> Option<(Rect, f64)> {
         let most = if label.row.is_some() { TANGLED } else { 1000.0 };
         let near = candidates(label).into_iter();
-        near.filter(|(rect, _)| self.is_free(rect))
+        near.filter(|(rect, radius)| self.is_free(rect) && self.is_told(label, rect, *radius))
             .map(|(rect, radius)| (self.crossed(label, &rect, radius), rect, radius))
             .filter(|(crossed, ..)| *crossed < most)
             .map(|(crossed, rect, radius)| (crossed + 1.5 * radius, (rect, radius)))
@@ -295,7 +313,7 @@ impl Page<'_> {
                 let near = [0, 1].map(|i| label.anchor[i].clamp(rect.low[i], rect.high[i]) - label.anchor[i]);
                 let distance = near[0].hypot(near[1]);
                 let close = best.as_ref().is_none_or(|(cost, _)| 1.5 * distance < *cost);
-                if distance > far || !close || !self.is_free(&rect) {
+                if distance > far || !close || !self.is_free(&rect) || !self.is_told(label, &rect, distance) {
                     continue;
                 }
                 let cost = 1.5 * distance + 0.25 * self.crossed(label, &rect, distance);
@@ -478,6 +496,32 @@ mod tests {
         }
         let apart = place(&row(10, 9.0), &ink, Theme::Light, 1, false);
         assert!(apart.drawn.matches("<text").count() == 10 && apart.left.is_empty(), "{apart:?}");
+    }
+
+    /// Spots below one another, closer than numbers are high, beside a wall: where a number has slipped along to its neighbour's spot a leader says whose it is.
+    #[test]
+    fn no_number_stands_at_the_spot_of_another_without_a_leader() {
+        let mut ink = Ink::new(Rect { low: [0.0; 2], high: [100.0; 2] });
+        for column in 0..50 {
+            ink.segment([50.0 + f64::from(column), 0.0], [50.0 + f64::from(column), 100.0], 1);
+        }
+        let anchors: Vec<Spot> = (0..5).map(|k| [49.0, 40.0 + 2.6 * f64::from(k)]).collect();
+        let page = Page {
+            ink: &ink,
+            free: Free::of(&ink),
+            spots: anchors.clone(),
+            placed: Vec::new(),
+            leaders: Vec::new(),
+        };
+        let row = |rank| Some(Row { rank, object: "a".into() });
+        let one = Label { row: row(2), ..label(anchors[2], "v 0.4") };
+        let [w, h] = one.size();
+        let beside = |y: f64| Rect { low: [46.5 - w, y - h / 2.0], high: [46.5, y + h / 2.0] };
+        assert!(page.is_told(&one, &beside(anchors[2][1]), 2.0));
+        assert!(!page.is_told(&one, &beside(anchors[1][1] - 1.0), 3.0));
+        assert!(page.is_told(&one, &beside(anchors[0][1]), 5.0));
+        let (rect, radius) = page.beside(&one).unwrap();
+        assert!(page.is_told(&one, &rect, radius));
     }
 
     /// In a net of lines too narrow for a number it stands outside, at the end of a leader.
