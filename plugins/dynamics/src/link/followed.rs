@@ -93,6 +93,11 @@ impl Link {
         Ok(now.abs() < VANISHES * most || now * before < 0.0)
     }
 
+    /// It may have been put elsewhere, from where it goes on as if it came.
+    pub(crate) fn forget_where(&mut self) {
+        self.last_steep = 0.0;
+    }
+
     /// Whether that may be why a step did not arrive.
     pub(crate) fn is_vanishing(&self, shapes: &Shapes<'_>) -> Result<bool> {
         Ok(self.steep.zip(self.steepness(shapes)?).is_some_and(|(most, now)| now.abs() < NEARLY * most))

@@ -467,6 +467,7 @@ impl Simulation {
         for link in &mut self.links {
             link.rates.fill(0.0);
             link.accelerations.fill(0.0);
+            link.forget_where();
         }
     }
 }
