@@ -8,6 +8,7 @@
    number and no terminal, neither in the source nor through a dependency made for it.
 3. Inside a crate, modules form no circle: what a crate's top holds side by side (`scene`, `plugin`, …) stands on floors, and
    whoever needs another stands above it.
+4. A crate's tests are one program (`tests/main.rs`), which names every file beside it: none is left out in silence.
 
     python3 scripts/layers.py                 checks the repository it is in; exit 0 clean, 1 not, with the places
     python3 scripts/layers.py --self-test     checks that it finds what it looks for
@@ -163,6 +164,30 @@ def check_circles():
                     os.path.relpath(folder, ROOT), " -> ".join(circle))
 
 
+def unnamed(text, beside):
+    """Those of the files and folders beside a `main.rs` that its text has no module of."""
+    modules = set(re.findall(r"^(?:pub\(crate\) )?mod (\w+);", text, re.M))
+    return sorted(beside - modules)
+
+
+def check_tests():
+    """Files of tests that no program takes in."""
+    for top in ("kernel", "io", "plugins"):
+        for folder, folders, files in os.walk(os.path.join(ROOT, top)):
+            folders[:] = sorted(f for f in folders if f != "target")
+            if os.path.basename(folder) != "tests":
+                continue
+            sources = {f[:-3] for f in files if f.endswith(".rs")} - {"main"}
+            sources |= {f for f in folders if os.path.exists(os.path.join(folder, f, "mod.rs"))}
+            if "main.rs" in files:
+                with open(os.path.join(folder, "main.rs"), encoding="utf-8") as file:
+                    for name in unnamed(file.read(), sources):
+                        yield "%s has no module `%s`, which lies beside it" % (
+                            os.path.relpath(os.path.join(folder, "main.rs"), ROOT), name)
+            elif len(sources) > 1:
+                yield "%s holds several programs: name its files in one `main.rs`" % os.path.relpath(folder, ROOT)
+
+
 def self_test():
     """The checker checked: what must be found is found, what must not is not."""
     guilty = ["use std::fs;", "let t = std::time::Instant::now();", "std::env::var(\"A\")", "use std::{env, fmt};",
@@ -180,6 +205,8 @@ def self_test():
     assert named(text, modules | {"solve"}) == modules, named(text, modules)
     assert list(circles({"a": {"b"}, "b": {"c"}, "c": {"a"}})) == [["a", "b", "c", "a"]]
     assert not list(circles({"a": {"b", "c"}, "b": {"c"}, "c": set()}))
+
+    assert unnamed("mod a;\npub(crate) mod b;\n// mod c;\n", {"a", "b", "c"}) == ["c"]
 
     def metadata(own, other, kind=None):
         crates = [("a", own, [{"name": "b", "kind": kind}]), ("b", other, [])]
@@ -199,7 +226,7 @@ def main():
     cargo = [os.environ.get("CARGO", "cargo"), "metadata", "--no-deps", "--format-version", "1", "--manifest-path",
              os.path.join(ROOT, "Cargo.toml")]
     metadata = json.loads(subprocess.run(cargo, check=True, stdout=subprocess.PIPE).stdout)
-    problems = list(check_arrows(metadata)) + list(check_sources()) + list(check_circles())
+    problems = list(check_arrows(metadata)) + list(check_sources()) + list(check_circles()) + list(check_tests())
     for problem in problems:
         print("layers: " + problem)
     if not problems:

@@ -2,14 +2,10 @@
 //! the location starts.
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests")]
 
-#[path = "smooth/dice.rs"]
-#[allow(dead_code, reason = "part of it is for other tests")]
-mod dice;
-
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use dice::Dice;
+use crate::smooth::dice::Dice;
 use loftsman_kernel::conformance::{functional_conformance, sample_shapes};
 use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Metric, Session};
 use loftsman_kernel::error::Result;

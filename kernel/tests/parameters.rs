@@ -2,14 +2,10 @@
 //! linear algebra.
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests")]
 
-#[path = "smooth/dice.rs"]
-#[allow(dead_code, reason = "part of it is for other tests")]
-mod dice;
-
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use dice::Dice;
+use crate::smooth::dice::Dice;
 use loftsman_kernel::edit::{Ask, Axis, Edit, Metric, Unknowns};
 use loftsman_kernel::functional::{near, position};
 use loftsman_kernel::problem::{Assembly, Problem};

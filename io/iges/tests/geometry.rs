@@ -2,11 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may stop at what should not be")]
 
-mod common;
-
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use common::{Entity, entity, file, read};
+use crate::common::{Entity, entity, file, read};
 use loftsman_kernel::brep::{Brep, CurveForm, SurfaceForm};
 use loftsman_kernel::mesh::color::from_srgb;
 use loftsman_kernel::scene::{Geometry, Scene, Unit};

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may stop at what should not be")]
 
-mod common;
-
-use common::{Entity, entity, file, read};
+use crate::common::{Entity, entity, file, read};
 use loftsman_iges::Iges;
 use loftsman_kernel::plugin::{Confidence, Format, Memory, Place, ReadOptions, Source, WriteOptions};
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};

@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may stop at what should not be")]
 
-mod common;
-
 use std::collections::BTreeMap;
 
 use loftsman_iges::Iges;
@@ -332,12 +330,12 @@ fn files_without_tolerances_have_a_resolution() {
 /// Lists of vertices and edges have at least one.
 #[test]
 fn spheres_have_no_lists_of_edges() {
-    let (scene, _) = common::read(&common::file(&[
-        common::entity(0, "116,0.,0.,0.;"),
-        common::entity(0, "196,1,2.;"),
-        common::entity(1, "510,3,0,0;"),
-        common::entity(1, "514,1,5,1;"),
-        common::entity(0, "186,7,1,0;"),
+    let (scene, _) = crate::common::read(&crate::common::file(&[
+        crate::common::entity(0, "116,0.,0.,0.;"),
+        crate::common::entity(0, "196,1,2.;"),
+        crate::common::entity(1, "510,3,0,0;"),
+        crate::common::entity(1, "514,1,5,1;"),
+        crate::common::entity(0, "186,7,1,0;"),
     ]))
     .unwrap();
     let (bytes, report) = write(&scene);

@@ -1,9 +1,7 @@
 //! Whole pictures: they parse, show what they should where it should be, and have the same bytes every time.
 #![allow(clippy::unwrap_used, reason = "a helper of a test may fail as the test itself")]
 
-mod drawn;
-
-use drawn::Drawn;
+use crate::drawn::Drawn;
 use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
 use loftsman_kernel::plugin::{Mark, MarkKind};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};

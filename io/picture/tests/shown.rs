@@ -1,9 +1,7 @@
 //! What pictures show of several objects and of shapes that have changed their knots, and what they say is not shown.
 #![allow(clippy::unwrap_used, reason = "a helper of a test may fail as the test itself")]
 
-mod drawn;
-
-use drawn::Drawn;
+use crate::drawn::Drawn;
 use loftsman_kernel::mesh::{Cloud, Layer, Mesh, Polyline};
 use loftsman_kernel::plugin::{Mark, MarkKind};
 use loftsman_kernel::scene::{Definition, Geometry, Object, Scene};

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may stop at what should not be")]
 
-mod common;
-
-use common::{AXES, file, read};
+use crate::common::{AXES, file, read};
 use loftsman_kernel::Point;
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::spline::{Curve, Surface};

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may stop at what should not be")]
 
-mod common;
-
-use common::{AXES, file, read};
+use crate::common::{AXES, file, read};
 use loftsman_kernel::conformance::{format_conformance, sample_scene};
 use loftsman_kernel::plugin::{Format, Memory, Place, ReadOptions};
 use loftsman_step::Step;

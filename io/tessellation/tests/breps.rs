@@ -2,18 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may stop at what should not be")]
 
-#[allow(dead_code, reason = "each test file uses some of them")]
-mod common;
-mod solids;
-
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use crate::solids::*;
 use loftsman_kernel::Vector;
 use loftsman_kernel::brep::Brep;
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::plugin::{Chord, Fineness, TessellatedBrep, Tessellator};
 use loftsman_tessellation::Adaptive;
-use solids::*;
 
 fn fineness(chord: f64) -> Fineness {
     Fineness { chord: Chord::Absolute(chord), angle: FRAC_PI_2 }
@@ -41,7 +37,7 @@ fn cut(brep: &Brep, chord: f64) -> TessellatedBrep {
     assert!(cut.left_out.is_empty(), "{:?}", cut.left_out);
     assert_eq!(cut.faces.len(), cut.mesh.face_count());
     assert!(cut.faces.is_sorted());
-    common::no_sliver_of_nothing(&cut.mesh);
+    crate::common::no_sliver_of_nothing(&cut.mesh);
     assert!(cut.error <= chord * 1.000_001, "{} of {chord}", cut.error);
     for (f, corners) in cut.mesh.faces().enumerate() {
         let [a, b, c] = [0, 1, 2].map(|k| cut.mesh.points()[corners[k] as usize]);
@@ -67,7 +63,7 @@ fn cut(brep: &Brep, chord: f64) -> TessellatedBrep {
 /// Of a solid: closed, of this Euler characteristic, with this area and volume within what the error allows.
 fn solid(brep: &Brep, chord: f64, euler: i64, size: [f64; 2]) -> TessellatedBrep {
     let cut = cut(brep, chord);
-    assert_eq!(common::euler(&cut.mesh), euler);
+    assert_eq!(crate::common::euler(&cut.mesh), euler);
     let [expected_area, expected_volume] = size;
     let (a, v) = (area(&cut.mesh), volume(&cut.mesh));
     assert!(
@@ -182,7 +178,7 @@ fn sizes_do_not_matter() {
             let points = brep.points().iter().map(|p| map.transform_point(p)).collect();
             let moved = brep.transformed(points, &map).unwrap();
             let one = cut(&moved, 1e-3 * scale);
-            assert_eq!(common::euler(&one.mesh), count);
+            assert_eq!(crate::common::euler(&one.mesh), count);
             let other = cut(&brep, 1e-3);
             let (a, b) = (area(&one.mesh) / (scale * scale), area(&other.mesh));
             assert!((a - b).abs() < 1e-3 * b, "{a} {b}");

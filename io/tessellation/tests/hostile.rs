@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may stop at what should not be")]
 
-mod common;
-
-use common::{deviation, euler, no_sliver_of_nothing};
+use crate::common::{deviation, euler, no_sliver_of_nothing};
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::plugin::{Chord, Fineness, Tessellated, Tessellator};
 use loftsman_kernel::spline::{Space, Surface};

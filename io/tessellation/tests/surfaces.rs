@@ -2,11 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may stop at what should not be")]
 
-mod common;
-
 use std::collections::HashMap;
 
-use common::{deviation, euler, no_sliver_of_nothing};
+use crate::common::{deviation, euler, no_sliver_of_nothing};
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::plugin::{Chord, Fineness, Tessellated, Tessellator};
 use loftsman_kernel::spline::{Space, Surface};

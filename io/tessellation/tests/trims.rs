@@ -2,9 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may stop at what should not be")]
 
-#[allow(dead_code, reason = "each test file uses some of them")]
-mod common;
-
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use loftsman_kernel::mesh::Mesh;
@@ -52,7 +49,7 @@ fn trimmed(surface: Surface, outer: Vec<ParameterCurve>, holes: Vec<Vec<Paramete
 
 fn cut(trimmed: &Trimmed, chord: f64) -> Tessellated {
     let cut = Adaptive::default().measured_trimmed(trimmed, &fineness(chord)).unwrap();
-    common::no_sliver_of_nothing(&cut.mesh);
+    crate::common::no_sliver_of_nothing(&cut.mesh);
     assert!(cut.error <= chord, "{} of {chord}", cut.error);
     cut
 }

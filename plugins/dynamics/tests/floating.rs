@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "what makes the shapes of the tests cannot fail")]
 
-mod common;
-
 use std::sync::Arc;
 
 use loftsman_dynamics::{Body, DynamicsError, Path, Scheme, Setup, Simulation, fixed, holds, sliding};
@@ -12,7 +10,7 @@ use loftsman_kernel::shape::{Derivative, Location};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 
-use common::line;
+use crate::common::line;
 
 const SCHEMES: [Scheme; 3] = [Scheme::Exact, Scheme::Epsilon, Scheme::Implicit];
 

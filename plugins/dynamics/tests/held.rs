@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "what makes the shapes of the tests cannot fail")]
 
-mod common;
-
 use loftsman_dynamics::{Body, DynamicsError, Scheme, Setup, Spot, fixed, force, holds, pull, sliding, tied};
 use loftsman_kernel::Point;
 use loftsman_kernel::Vector;
@@ -11,7 +9,7 @@ use loftsman_kernel::functional::derivative;
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use std::sync::Arc;
 
-use common::line;
+use crate::common::line;
 
 fn sheet(n: usize) -> Surface {
     let space = Space::clamped_uniform(2, n).unwrap();

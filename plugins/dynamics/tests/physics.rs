@@ -2,14 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "what makes the shapes of the tests cannot fail")]
 
-mod common;
-
 use loftsman_dynamics::{Body, Scheme, Setup, Simulation, Spot, fixed, force, sliding, tied};
 use loftsman_kernel::shape::{Derivative, Location};
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
-use common::line;
+use crate::common::line;
 
 /// A rod of uniform mass that swings about its end: `T = 2π √(2L/3g)`, for small swings; of several degrees, by every scheme.
 #[test]

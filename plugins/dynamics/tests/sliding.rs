@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "what makes the shapes of the tests cannot fail")]
 
-mod common;
-
 use loftsman_dynamics::{
     Body, Scheme, Setup, Simulation, Spot, double_sliding, fixed, force, pull, sliding, sliding_curvature,
     sliding_tangent, tied,
@@ -12,7 +10,7 @@ use loftsman_kernel::shape::{Derivative, Location};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 
-use common::line;
+use crate::common::line;
 
 /// `z = (x² + y²)/2R` over a square, exactly, its parameters from 0 to 1; and where a point of it is.
 fn bowl(radius: f64, reach: f64) -> (Surface, impl Fn(f64, f64) -> [f64; 2]) {

@@ -2,14 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "what makes the shapes of the tests cannot fail")]
 
-mod common;
-
 use loftsman_dynamics::{Body, Scheme, Setup, Spot, fixed, sliding, tied};
 use loftsman_kernel::shape::Location;
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
-use common::line;
+use crate::common::line;
 
 /// A rope that is drawn through its rings along itself, each vertex at the same speed: nothing stops it, and nothing jumps. It keeps energy and
 /// momentum, in the first step as later, until an end comes.

@@ -2,12 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "what makes the shapes of the tests cannot fail")]
 
-mod common;
-
 use loftsman_dynamics::{Body, Scheme, Setup, Simulation, fixed, force, pull};
 use loftsman_kernel::Vector;
 
-use common::line;
+use crate::common::line;
 
 const SCHEMES: [Scheme; 3] = [Scheme::Exact, Scheme::Epsilon, Scheme::Implicit];
 /// Frames a second.

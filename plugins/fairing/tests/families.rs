@@ -3,11 +3,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
 
-mod book;
-mod dice;
-
-use book::{Book, least, violation};
-use dice::Dice;
+use crate::book::{Book, least, violation};
+use crate::dice::Dice;
 use loftsman_fairing::{EnergySum, Fair, bend, near, stretch, variation};
 use loftsman_kernel::Point;
 use loftsman_kernel::edit::{Ask, Axis, Constraint};

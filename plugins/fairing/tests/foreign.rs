@@ -1,13 +1,9 @@
 //! Energies that fairing has never seen, known by their squares, against their normal equations solved densely.
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests")]
 
-#[path = "dice/mod.rs"]
-#[allow(dead_code, reason = "part of it is for other tests")]
-mod dice;
-
 use std::sync::Arc;
 
-use dice::Dice;
+use crate::dice::Dice;
 use loftsman_fairing::Fair;
 use loftsman_kernel::edit::{Ask, Axis, Edit};
 use loftsman_kernel::energy::{Energy, Squares};

@@ -1,13 +1,9 @@
 //! Energies made least by edits, against fairing, which does it by other means.
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests")]
 
-#[path = "dice/mod.rs"]
-#[allow(dead_code, reason = "part of it is for other tests")]
-mod dice;
-
 use std::sync::Arc;
 
-use dice::Dice;
+use crate::dice::Dice;
 use loftsman_fairing::{Datum, EnergySum, Fair, bend, data, near, stretch, variation};
 use loftsman_kernel::edit::{Ask, Axis, Edit, Measured, Metric};
 use loftsman_kernel::functional::{derivative, position};

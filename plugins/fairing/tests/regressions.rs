@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
 
-mod dice;
-
-use dice::Dice;
+use crate::dice::Dice;
 use loftsman_fairing::{EnergySum, Fair, FairReport, bend, near, stretch, variation};
 use loftsman_kernel::Point;
 use loftsman_kernel::edit::{Ask, Axis, Constraint};

@@ -2,11 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
 
-mod common;
-
 use std::cell::{Cell, RefCell};
 
-use common::evaluator::{LONGEST, Spline, holds, length, polygon, size};
+use crate::common::evaluator::{LONGEST, Spline, holds, length, polygon, size};
 use loftsman_fitting::{Duplicates, Ends, Fit, FitError, GridFit, Interpolation, Parametrization, Target};
 use loftsman_kernel::{Point, Vector};
 use proptest::prelude::*;

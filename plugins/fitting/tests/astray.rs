@@ -2,10 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
 
-mod common;
-
-use common::evaluator::{extent, holds};
-use common::families::{Member, Random, airfoil, member};
+use crate::common::evaluator::{extent, holds};
+use crate::common::families::{Member, Random, airfoil, member};
 use loftsman_fitting::{Corners, Fit, FitError, FittedCurve, Parametrization, Target};
 use loftsman_kernel::edit::Ask;
 use loftsman_kernel::functional::{derivative, tangent};

@@ -2,10 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests may fail the test")]
 
-mod common;
-
-use common::evaluator::{Spline, size, spread};
-use common::families::{Random, member};
+use crate::common::evaluator::{Spline, size, spread};
+use crate::common::families::{Random, member};
 use loftsman_fitting::{Corners, Fit, FitError, Target};
 use loftsman_kernel::edit::Ask;
 use loftsman_kernel::functional::position;

@@ -2,12 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
 
-mod common;
-
 use std::f64::consts::{PI, TAU};
 
-use common::evaluator::extent;
-use common::families::Random;
+use crate::common::evaluator::extent;
+use crate::common::families::Random;
 use loftsman_fitting::{Fit, FittedCurve, LeastSquares, Parametrization, Target};
 use loftsman_kernel::Point;
 use loftsman_kernel::spline::Space;

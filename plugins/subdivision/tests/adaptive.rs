@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "what is missing fails the test")]
 
-mod shapes;
-
 use std::collections::BTreeMap;
 
 use loftsman_kernel::mesh::Mesh;
@@ -48,9 +46,10 @@ fn edges(mesh: &Mesh, name: &str) -> (usize, i64) {
 #[test]
 fn a_semi_sharp_corner_takes_few_triangles() {
     for sharpness in [0.5, 1.0, 1.7, 2.0, 2.5, 3.5, 6.0] {
-        let corner = shapes::cube().with_corner(7, sharpness).unwrap();
+        let corner = crate::shapes::cube().with_corner(7, sharpness).unwrap();
         let at = [3, 5, 6];
-        let edges_there = at.iter().fold(shapes::cube(), |c, &v| c.with_crease(7, v, sharpness).unwrap());
+        let edges_there =
+            at.iter().fold(crate::shapes::cube(), |c, &v| c.with_crease(7, v, sharpness).unwrap());
         for (name, cage) in [("corner", corner), ("edges", edges_there)] {
             let name = format!("{name} {sharpness}");
             let fineness = Fineness { chord: Chord::Absolute(0.02), ..Fineness::default() };
@@ -67,7 +66,7 @@ fn a_semi_sharp_corner_takes_few_triangles() {
 #[test]
 fn nothing_gapes() {
     let (mut closed, mut open) = (0, 0);
-    for (name, cage) in shapes::all().into_iter().step_by(3) {
+    for (name, cage) in crate::shapes::all().into_iter().step_by(3) {
         let topology = cage.topology();
         let rim = (0..topology.edge_count()).filter(|&e| topology.is_boundary_edge(e)).count();
         let own = euler(topology.vertex_count(), topology.edge_count(), topology.face_count());
@@ -88,7 +87,7 @@ fn nothing_gapes() {
 /// A plane with a bump: its triangles are at the bump.
 #[test]
 fn a_bump_takes_triangles_at_the_bump() {
-    let mut cage = shapes::grid(40, 40, [false, false], 0.0);
+    let mut cage = crate::shapes::grid(40, 40, [false, false], 0.0);
     let middle = 20 * 40 + 20;
     cage.points_mut()[middle].z = 1.5;
     let fineness = Fineness { chord: Chord::Absolute(2e-3), angle: 0.2 };
@@ -104,7 +103,7 @@ fn a_bump_takes_triangles_at_the_bump() {
 /// Triangles of several states are the same ones, as fine as the worst needs.
 #[test]
 fn states_have_the_same_triangles() {
-    let cage = shapes::double_fan(5, 0.1).with_crease(0, 2, 1.5).unwrap();
+    let cage = crate::shapes::double_fan(5, 0.1).with_crease(0, 2, 1.5).unwrap();
     let mut pulled = cage.clone();
     pulled.points_mut()[0] += Vector::new(0.5, 0.0, 2.0);
     let fineness = Fineness { chord: Chord::Absolute(0.01), angle: 0.5 };
@@ -126,7 +125,7 @@ fn states_have_the_same_triangles() {
 /// The same bytes every time, whatever runs beside it.
 #[test]
 fn the_same_every_time() {
-    let cage = shapes::cube().with_corner(7, 2.5).unwrap().with_hole(2).unwrap();
+    let cage = crate::shapes::cube().with_corner(7, 2.5).unwrap().with_hole(2).unwrap();
     let fineness = Fineness { chord: Chord::Absolute(4e-3), ..Fineness::default() };
     let first = tessellated(std::slice::from_ref(&cage), &fineness);
     for _ in 0..3 {
@@ -139,9 +138,9 @@ fn the_same_every_time() {
 #[test]
 fn limits_that_are_one_point() {
     let fineness = Fineness { chord: Chord::Relative(4e-3), angle: 10.0 };
-    let pillow = tessellated(&[shapes::pillow(3)], &fineness);
+    let pillow = tessellated(&[crate::shapes::pillow(3)], &fineness);
     assert!(pillow.certified && edges(mesh(&pillow), "pillow") == (0, 2));
-    let mut cage = shapes::cube();
+    let mut cage = crate::shapes::cube();
     cage.points_mut().fill(Point::new(1.0, 2.0, 3.0));
     let surface = SubdivisionSurface::new(cage).unwrap();
     let error = SubdivisionSurface::tessellate(&[&surface], &fineness).unwrap_err().to_string();

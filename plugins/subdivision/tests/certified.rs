@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
 
-mod shapes;
-
 use loftsman_kernel::functional::{Functional, Shapes};
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::plugin::{Chord, DeclaredShape, Drawn, Fineness};
@@ -37,9 +35,10 @@ fn cages() -> Vec<(String, Cage)> {
         ];
         plain.iter().chain(&fans).chain(&open).chain(&sharp).any(|s| *s == name)
     };
-    let mut all: Vec<(String, Cage)> = shapes::all().into_iter().filter(|(name, _)| wanted(name)).collect();
+    let mut all: Vec<(String, Cage)> =
+        crate::shapes::all().into_iter().filter(|(name, _)| wanted(name)).collect();
     assert_eq!(all.len(), 18);
-    all.push(("cube with a hole".into(), shapes::cube().with_hole(1).unwrap()));
+    all.push(("cube with a hole".into(), crate::shapes::cube().with_hole(1).unwrap()));
     all
 }
 
@@ -53,7 +52,7 @@ fn scaled(cage: &Cage, by: f64) -> Cage {
 fn places(face: u32, count: u64) -> impl Iterator<Item = Location> {
     (0..count).map(move |k| {
         let seed = 7919 * u64::from(face) + 2 * k;
-        let [mut u, mut v] = [seed, seed + 1].map(|s| 0.5 + 0.5 * shapes::noise(s));
+        let [mut u, mut v] = [seed, seed + 1].map(|s| 0.5 + 0.5 * crate::shapes::noise(s));
         if k % 3 == 0 {
             (u, v) = (u.powi(4), v.powi(4));
         }
@@ -210,9 +209,9 @@ fn nearest<'a>(p: &Point, pieces: impl Iterator<Item = &'a Sampled>) -> f64 {
 #[test]
 fn patches_close() {
     for (name, cage) in [
-        ("cube", shapes::cube()),
-        ("fan", shapes::double_fan(5, 0.1)),
-        ("tetrahedron", shapes::tetrahedron()),
+        ("cube", crate::shapes::cube()),
+        ("fan", crate::shapes::double_fan(5, 0.1)),
+        ("tetrahedron", crate::shapes::tetrahedron()),
     ] {
         let patches = SubdivisionSurface::new(cage).unwrap().patches(1e-3).unwrap();
         let pieces = pieces(&patches.surfaces);
@@ -234,7 +233,7 @@ fn patches_close() {
 #[test]
 fn a_grid_is_one_surface() {
     for wrap in [[false, false], [true, false], [true, true]] {
-        let surface = SubdivisionSurface::new(shapes::grid(6, 7, wrap, 0.3)).unwrap();
+        let surface = SubdivisionSurface::new(crate::shapes::grid(6, 7, wrap, 0.3)).unwrap();
         let patches = surface.patches(1e-3).unwrap();
         assert_eq!((patches.surfaces.len(), patches.exact, patches.deviation), (1, 1, 0.0), "{wrap:?}");
         // Each face is a piece of it, perhaps turned.
@@ -249,7 +248,7 @@ fn a_grid_is_one_surface() {
             assert!(near.map(|q| (q - p).norm()).fold(f64::INFINITY, f64::min) < 1e-13);
         }
     }
-    let creased = (0..5).try_fold(shapes::grid(6, 5, [false; 2], 0.3), |cage, k| {
+    let creased = (0..5).try_fold(crate::shapes::grid(6, 5, [false; 2], 0.3), |cage, k| {
         if k == 4 { Ok(cage) } else { cage.with_crease(10 + k, 11 + k, 10.0) }
     });
     assert_eq!(SubdivisionSurface::new(creased.unwrap()).unwrap().patches(1e-3).unwrap().surfaces.len(), 2);
@@ -257,7 +256,7 @@ fn a_grid_is_one_surface() {
 
 #[test]
 fn tolerances_that_cannot_be_met_are_refused() {
-    let surface = SubdivisionSurface::new(shapes::cube()).unwrap();
+    let surface = SubdivisionSurface::new(crate::shapes::cube()).unwrap();
     for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-17] {
         assert!(surface.patches(tolerance).unwrap_err().to_string().contains("tolerance"), "{tolerance}");
     }
@@ -306,7 +305,7 @@ fn what_is_left_out_is_bounded() -> Result<(), Error> {
 /// The same at every size, and the same bytes every time; what overflows is refused.
 #[test]
 fn sizes_do_not_matter() {
-    let cage = shapes::double_fan(5, 0.1).with_crease(0, 2, 1.5).unwrap();
+    let cage = crate::shapes::double_fan(5, 0.1).with_crease(0, 2, 1.5).unwrap();
     let surface = SubdivisionSurface::new(cage.clone()).unwrap();
     let (patches, left) = (surface.patches(1e-3).unwrap(), surface.left_out().unwrap());
     assert_eq!(patches, SubdivisionSurface::new(cage.clone()).unwrap().patches(1e-3).unwrap());

@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
 
-mod shapes;
-
 use loftsman_kernel::Point;
 use loftsman_kernel::shape::{Derivative, Location, Shape};
 use loftsman_kernel::space::Space;
@@ -14,7 +12,7 @@ use loftsman_subdivision::{Cage, LimitFrame};
 #[test]
 fn corners_become_what_doo_and_sabin_say() {
     for n in 3..12 {
-        let cage = shapes::one_face(n);
+        let cage = crate::shapes::one_face(n);
         for corner in 0..n {
             let row = stencil(&cage, corner).unwrap();
             for (vertex, weight) in row.iter() {
@@ -29,7 +27,7 @@ fn corners_become_what_doo_and_sabin_say() {
 
 #[test]
 fn a_cube_becomes_26_faces() {
-    let fine = refine(&shapes::cube()).unwrap();
+    let fine = refine(&crate::shapes::cube()).unwrap();
     let sizes = |cage: &Cage, n: usize| {
         (0..cage.topology().face_count()).filter(|&f| cage.topology().face(f).len() == n).count()
     };
@@ -39,7 +37,7 @@ fn a_cube_becomes_26_faces() {
 
 #[test]
 fn rows_give_the_points_and_faces_keep_their_middle() {
-    for (name, cage) in shapes::all() {
+    for (name, cage) in crate::shapes::all() {
         let fine = refine(&cage).unwrap();
         for v in 0..fine.points().len() {
             let row = stencil(&cage, v).unwrap();
@@ -58,14 +56,16 @@ fn rows_give_the_points_and_faces_keep_their_middle() {
             assert!((rows.tangents[1].apply(cage.points()) - a.tangents[1]).norm() < 1e-13);
         }
     }
-    assert!(stencil(&shapes::cube(), 24).is_err() && limit_stencils(&shapes::cube(), 6).is_err());
+    assert!(
+        stencil(&crate::shapes::cube(), 24).is_err() && limit_stencils(&crate::shapes::cube(), 6).is_err()
+    );
 }
 
 /// An open grid is a floating spline; its middles at all levels lie on it.
 #[test]
 fn a_grid_is_a_biquadratic_spline() {
     let (rows, columns) = (5, 4);
-    let cage = shapes::grid(rows, columns, [false, false], 0.4);
+    let cage = crate::shapes::grid(rows, columns, [false, false], 0.4);
     let [u, v] = [rows, columns].map(|n| Space::floating_uniform(2, n).unwrap());
     let spline = Surface::new(u, v, cage.points().to_vec()).unwrap();
     let frames = limit_frames(&cage).unwrap();
@@ -85,9 +85,10 @@ fn a_grid_is_a_biquadratic_spline() {
 fn by_intervals(equal: bool) -> (Cage, Surface, [usize; 2]) {
     let size = [5, 6];
     let [rows, columns] = size;
-    let d =
-        |axis: usize, k: usize| if equal { 2.5 } else { 1.0 + 0.9 * shapes::noise((axis * 100 + k) as u64) };
-    let mut cage = shapes::grid(rows, columns, [true, true], 0.4);
+    let d = |axis: usize, k: usize| {
+        if equal { 2.5 } else { 1.0 + 0.9 * crate::shapes::noise((axis * 100 + k) as u64) }
+    };
+    let mut cage = crate::shapes::grid(rows, columns, [true, true], 0.4);
     let at = |i: usize, j: usize| i % rows * columns + j % columns;
     for i in 0..rows {
         for j in 0..columns {
@@ -170,7 +171,7 @@ fn equal_intervals_are_none() {
         a.points().iter().zip(b.points()).fold(0.0, |m: f64, (p, q)| m.max((p - q).norm()))
     };
     assert!(apart(&a, &b) < 1e-14);
-    for (name, cage) in shapes::all().into_iter().step_by(4) {
+    for (name, cage) in crate::shapes::all().into_iter().step_by(4) {
         let mut same = cage.clone();
         for edge in 0..cage.topology().edge_count() {
             let [a, b] = cage.topology().edge(edge).unwrap().map(|v| v as usize);

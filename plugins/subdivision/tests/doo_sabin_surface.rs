@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "what is missing fails the test")]
 
-mod shapes;
-
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -24,7 +22,7 @@ use loftsman_subdivision::doo_sabin::{DooSabinSurface, limit_frames, refine, ref
 /// Cages of which there is a surface.
 fn some() -> Vec<(String, Cage)> {
     let plain = |cage: &Cage| (0..cage.topology().edge_count()).all(|e| cage.crease(e) == 0.0);
-    let all: Vec<(String, Cage)> = shapes::all()
+    let all: Vec<(String, Cage)> = crate::shapes::all()
         .into_iter()
         .filter(|(_, cage)| plain(cage) && DooSabinSurface::new(cage.clone()).is_ok())
         .collect();
@@ -49,9 +47,9 @@ fn it_is_a_shape_and_a_kind() {
     }
     assert!(edges > 20, "{edges}");
     let cages = [
-        shapes::cube().with_hole(2).unwrap(),
-        shapes::grid(3, 4, [false, false], 0.2),
-        shapes::fan(5, 4, true, 0.1),
+        crate::shapes::cube().with_hole(2).unwrap(),
+        crate::shapes::grid(3, 4, [false, false], 0.2),
+        crate::shapes::fan(5, 4, true, 0.1),
     ];
     let samples: Vec<Box<dyn Shape>> = cages
         .into_iter()
@@ -66,7 +64,7 @@ fn it_is_a_shape_and_a_kind() {
 #[test]
 fn of_a_grid_it_is_the_spline() {
     let (rows, columns) = (5, 6);
-    let cage = shapes::grid(rows, columns, [false, false], 0.4);
+    let cage = crate::shapes::grid(rows, columns, [false, false], 0.4);
     let [u, v] = [rows, columns].map(|n| Space::floating_uniform(2, n).unwrap());
     let spline = Surface::new(u, v, cage.points().to_vec()).unwrap();
     let surface = DooSabinSurface::new(cage).unwrap();
@@ -110,7 +108,7 @@ fn of_a_grid_it_is_the_spline() {
             - surface.value(Location::Face(face as u32, 0.3, 0.8), Derivative::POSITION).unwrap();
         assert!(off.norm() < 1e-14);
     }
-    assert!(DooSabinSurface::new(shapes::cube()).unwrap().splines().is_none());
+    assert!(DooSabinSurface::new(crate::shapes::cube()).unwrap().splines().is_none());
 }
 
 /// Middles of faces of the refined cages lie on it, where they are said to; in the middle the planes are those of the scheme's limit.
@@ -154,10 +152,10 @@ fn refined_cages_come_to_it() {
 #[test]
 fn it_is_smooth_across_sides() {
     for cage in [
-        shapes::cube(),
-        shapes::tetrahedron(),
-        shapes::double_fan(7, 0.1),
-        refine(&shapes::double_fan(5, 0.1)).unwrap(),
+        crate::shapes::cube(),
+        crate::shapes::tetrahedron(),
+        crate::shapes::double_fan(7, 0.1),
+        refine(&crate::shapes::double_fan(5, 0.1)).unwrap(),
     ] {
         let surface = DooSabinSurface::new(cage.clone()).unwrap();
         let topology = cage.topology();
@@ -182,7 +180,7 @@ fn it_is_smooth_across_sides() {
 /// A volume kept, a point and a tangent asked for, a fair shape: what constraints and energies do on other shapes.
 #[test]
 fn it_is_edited_and_faired() {
-    let surface = DooSabinSurface::new(shapes::cube()).unwrap();
+    let surface = DooSabinSurface::new(crate::shapes::cube()).unwrap();
     let wanted = Point::new(0.9, 0.85, 0.95);
     let before = surface.value(Location::Face(3, 0.2, 0.4), Derivative { u: 1, v: 0 }).unwrap();
     let edited = Edit::new(&surface)
@@ -210,7 +208,7 @@ fn it_is_edited_and_faired() {
 #[test]
 fn energies_of_levels_go_on_as_is_said() {
     for n in [3, 5, 6, 8] {
-        let surface = DooSabinSurface::with_depth(shapes::fan(n, 4, true, 0.1), 8).unwrap();
+        let surface = DooSabinSurface::with_depth(crate::shapes::fan(n, 4, true, 0.1), 8).unwrap();
         let cells = cells_of(&surface, "energy").unwrap();
         let mut levels: BTreeMap<u32, [f64; 2]> = BTreeMap::new();
         for index in 0..cells.count() {
@@ -273,16 +271,16 @@ fn boundary_length(surface: &DooSabinSurface) -> f64 {
 /// Every valence from 3 to 8, round faces and round vertices, closed and open, level ones and folded ones.
 fn of_many_valences() -> Vec<(String, Cage)> {
     let mut all = vec![
-        ("cube".to_owned(), shapes::cube()),
-        ("tetrahedron".to_owned(), shapes::tetrahedron()),
-        ("hole".to_owned(), shapes::cube().with_hole(1).unwrap()),
-        ("torus".to_owned(), shapes::grid(5, 6, [true, true], 0.2)),
-        ("sheet".to_owned(), shapes::grid(4, 5, [false, false], 0.3)),
+        ("cube".to_owned(), crate::shapes::cube()),
+        ("tetrahedron".to_owned(), crate::shapes::tetrahedron()),
+        ("hole".to_owned(), crate::shapes::cube().with_hole(1).unwrap()),
+        ("torus".to_owned(), crate::shapes::grid(5, 6, [true, true], 0.2)),
+        ("sheet".to_owned(), crate::shapes::grid(4, 5, [false, false], 0.3)),
     ];
     for n in 3..=8 {
-        all.push((format!("open fan of {n}"), shapes::fan(n, 4, true, 0.3)));
-        all.push((format!("double fan of {n}"), shapes::double_fan(n, 0.2)));
-        all.push((format!("pillow of {n}"), refine(&shapes::pillow(n)).unwrap()));
+        all.push((format!("open fan of {n}"), crate::shapes::fan(n, 4, true, 0.3)));
+        all.push((format!("double fan of {n}"), crate::shapes::double_fan(n, 0.2)));
+        all.push((format!("pillow of {n}"), refine(&crate::shapes::pillow(n)).unwrap()));
     }
     all
 }
@@ -307,7 +305,7 @@ fn triangles_are_near_and_do_not_gape() {
             let faces = surface.faces().unwrap() as u32;
             let mut most = 0.0_f64;
             for k in 0..u64::from(faces) * 10 {
-                let [mut u, mut v] = [2 * k, 2 * k + 1].map(|seed| 0.5 + 0.5 * shapes::noise(seed));
+                let [mut u, mut v] = [2 * k, 2 * k + 1].map(|seed| 0.5 + 0.5 * crate::shapes::noise(seed));
                 if k % 3 == 0 {
                     (u, v) = (u.powi(4), v.powi(4));
                 }
@@ -341,7 +339,7 @@ fn from_mesh(p: Vector, mesh: &Mesh) -> f64 {
 /// not smooth: a plain cube, at what GLB files are written with, too.
 #[test]
 fn triangles_are_few() {
-    let surface = DooSabinSurface::new(shapes::cube()).unwrap();
+    let surface = DooSabinSurface::new(crate::shapes::cube()).unwrap();
     let count = |part: f64, angle: f64| {
         let (_, mesh) = triangles(&surface, Chord::Relative(part), angle);
         assert!(open_sides(&mesh).is_empty());
@@ -357,7 +355,7 @@ fn triangles_are_few() {
 /// Where only the angle asks for more, there is more: normals at the ends of sides turn by no more.
 #[test]
 fn triangles_turn_no_more_than_asked() {
-    let surface = DooSabinSurface::new(shapes::cube()).unwrap();
+    let surface = DooSabinSurface::new(crate::shapes::cube()).unwrap();
     for angle in [0.3, 0.1] {
         let (_, mesh) = triangles(&surface, Chord::Relative(1e-2), angle);
         let most =
@@ -372,7 +370,7 @@ fn triangles_turn_no_more_than_asked() {
 /// States are the same triangles, as fine as the worst of them asks for; one that is a point asks for nothing, and all that are say so.
 #[test]
 fn states_are_the_same_triangles() {
-    let cage = shapes::fan(5, 4, true, 0.3);
+    let cage = crate::shapes::fan(5, 4, true, 0.3);
     let moved = |by: f64| {
         let mut cage = cage.clone();
         cage.points_mut().iter_mut().for_each(|p| *p = Point::new(p.x * by, p.y * by, p.z * by * by));
@@ -408,13 +406,13 @@ fn distance(p: Vector, [a, b, c]: [Vector; 3]) -> f64 {
 #[test]
 fn what_there_is_none_of_says_so() {
     let refused = |cage: Cage| DooSabinSurface::new(cage).unwrap_err().to_string();
-    assert!(refused(shapes::pillow(5)).contains("vertex 0 has two faces and two edges"));
-    assert!(DooSabinSurface::new(refine_times(&shapes::pillow(5), 1).unwrap()).is_ok());
-    assert!(refused(shapes::one_face(4)).contains("shows no piece"));
-    let uneven = shapes::grid(4, 4, [false, false], 0.1).with_end_interval(5, 6, 2.0).unwrap();
+    assert!(refused(crate::shapes::pillow(5)).contains("vertex 0 has two faces and two edges"));
+    assert!(DooSabinSurface::new(refine_times(&crate::shapes::pillow(5), 1).unwrap()).is_ok());
+    assert!(refused(crate::shapes::one_face(4)).contains("shows no piece"));
+    let uneven = crate::shapes::grid(4, 4, [false, false], 0.1).with_end_interval(5, 6, 2.0).unwrap();
     let error = refused(uneven);
     assert!(error.contains("intervals") && error.contains("limit = true"), "{error}");
-    let surface = DooSabinSurface::new(shapes::fan(5, 4, true, 0.1)).unwrap();
+    let surface = DooSabinSurface::new(crate::shapes::fan(5, 4, true, 0.1)).unwrap();
     assert!(
         surface
             .value(Location::Vertex(3), Derivative::POSITION)
@@ -432,5 +430,5 @@ fn what_there_is_none_of_says_so() {
     assert!(surface.value(Location::Face(99, 0.0, 0.0), Derivative::POSITION).is_err());
     assert!(surface.value(Location::Face(0, 1.5, 0.0), Derivative::POSITION).is_err());
     assert!(surface.value(Location::Face(0, f64::NAN, 0.0), Derivative::POSITION).is_err());
-    assert!(DooSabinSurface::with_depth(shapes::cube(), 0).is_err());
+    assert!(DooSabinSurface::with_depth(crate::shapes::cube(), 0).is_err());
 }

@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "what is missing fails the test")]
 
-mod shapes;
-
 use loftsman_area_volume::{surface_area, volume, volume_of};
 use loftsman_fairing::{Fair, bend};
 use loftsman_kernel::edit::{Ask, Edit, Metric};
@@ -47,10 +45,10 @@ fn by_triangles(cage: &Cage, levels: usize) -> (f64, f64) {
 #[test]
 fn area_and_volume_are_those_of_the_limit() {
     for (name, cage) in [
-        ("cube", shapes::cube()),
-        ("tetrahedron", shapes::tetrahedron()),
-        ("double fan of 5", shapes::double_fan(5, 0.1)),
-        ("creased cube", shapes::cube().with_crease(4, 5, 1.5).unwrap()),
+        ("cube", crate::shapes::cube()),
+        ("tetrahedron", crate::shapes::tetrahedron()),
+        ("double fan of 5", crate::shapes::double_fan(5, 0.1)),
+        ("creased cube", crate::shapes::cube().with_crease(4, 5, 1.5).unwrap()),
     ] {
         // Triangles err by the square of their size: two levels give the limit.
         let ((a, v), (b, w)) = (by_triangles(&cage, 5), by_triangles(&cage, 6));
@@ -65,7 +63,7 @@ fn area_and_volume_are_those_of_the_limit() {
 
 #[test]
 fn a_limit_is_moved_with_its_normal_and_the_volume_kept() {
-    let surface = SubdivisionSurface::new(refine(&shapes::cube()).unwrap()).unwrap();
+    let surface = SubdivisionSurface::new(refine(&crate::shapes::cube()).unwrap()).unwrap();
     let before = at(&surface, 7, [0, 0]);
     let wanted = Point::from(before + Vector::new(0.05, -0.02, 0.03));
     let facing = |s: &SubdivisionSurface| at(s, 7, [1, 0]).cross(&at(s, 7, [0, 1])).normalize();
@@ -84,7 +82,7 @@ fn a_limit_is_moved_with_its_normal_and_the_volume_kept() {
 
 #[test]
 fn falloff_moves_what_is_near() {
-    let surface = SubdivisionSurface::new(shapes::grid(9, 9, [false, false], 0.0)).unwrap();
+    let surface = SubdivisionSurface::new(crate::shapes::grid(9, 9, [false, false], 0.0)).unwrap();
     let edited = Edit::new(&surface)
         .metric(Metric::Falloff(3.0))
         .ask(position(Location::Vertex(40)).by(Vector::z()))
@@ -99,10 +97,10 @@ fn falloff_moves_what_is_near() {
 /// OpenSubdiv's issue 1202: points interpolated by limits, fairly.
 #[test]
 fn fair_interpolation() {
-    let surface = SubdivisionSurface::new(refine(&shapes::cube()).unwrap()).unwrap();
+    let surface = SubdivisionSurface::new(refine(&crate::shapes::cube()).unwrap()).unwrap();
     let wanted: Vec<(u32, Point)> = [0, 3, 5, 7, 9, 14, 21]
         .into_iter()
-        .map(|v| (v, Point::from(at(&surface, v, [0, 0]) * (1.2 + 0.2 * shapes::noise(u64::from(v))))))
+        .map(|v| (v, Point::from(at(&surface, v, [0, 0]) * (1.2 + 0.2 * crate::shapes::noise(u64::from(v))))))
         .collect();
     let fair = wanted.iter().fold(Fair::new(&surface).energy(bend()), |fair, &(v, p)| {
         fair.ask(position(Location::Vertex(v)).to(p))
@@ -219,7 +217,7 @@ fn solved(mut rows: Vec<Vec<f64>>) -> Vec<Vector> {
 
 #[test]
 fn dragging_costs_what_is_touched() {
-    let surface = SubdivisionSurface::new(shapes::grid(101, 101, [false, false], 0.1)).unwrap();
+    let surface = SubdivisionSurface::new(crate::shapes::grid(101, 101, [false, false], 0.1)).unwrap();
     let mut session = Edit::new(&surface)
         .handle(position(Location::Vertex(5000)))
         .prepare(loftsman_kernel::solve::Adjoint)
@@ -246,7 +244,7 @@ fn a_grid_is_the_kernels_spline() {
         Point::new(r * a.cos(), r * a.sin(), b.sin())
     };
     let points: Vec<Point> = (0..rows * columns).map(torus).collect();
-    let mut cage = shapes::grid(rows, columns, [true, true], 0.0);
+    let mut cage = crate::shapes::grid(rows, columns, [true, true], 0.0);
     cage.points_mut().copy_from_slice(&points);
     let surface = SubdivisionSurface::new(cage).unwrap();
     let spaces = [rows, columns].map(|n| Space::periodic_uniform(3, n).unwrap());
@@ -286,7 +284,7 @@ fn a_grid_is_the_kernels_spline() {
 
 #[test]
 fn symmetry_holds_beside_a_move() {
-    let surface = SubdivisionSurface::new(refine(&shapes::cube()).unwrap()).unwrap();
+    let surface = SubdivisionSurface::new(refine(&crate::shapes::cube()).unwrap()).unwrap();
     let wanted = at(&surface, 7, [0, 0]) + Vector::new(0.1, 0.0, 0.2);
     let edited = Edit::new(&surface)
         .ask(position(Location::Vertex(7)).to(Point::from(wanted)))
@@ -302,8 +300,8 @@ fn symmetry_holds_beside_a_move() {
 /// What a row costs, on regular faces and on others, and all cells of a large cage.
 #[test]
 fn rows_cost_what_is_near() {
-    let grid = SubdivisionSurface::new(shapes::grid(101, 101, [false, false], 0.1)).unwrap();
-    let fan = SubdivisionSurface::new(refine(&shapes::double_fan(7, 0.1)).unwrap()).unwrap();
+    let grid = SubdivisionSurface::new(crate::shapes::grid(101, 101, [false, false], 0.1)).unwrap();
+    let fan = SubdivisionSurface::new(refine(&crate::shapes::double_fan(7, 0.1)).unwrap()).unwrap();
     for (name, surface, span) in [("regular", &grid, 0.9), ("round a vertex of 7", &fan, 1e-3)] {
         let start = std::time::Instant::now();
         let (count, faces) = (4000, surface.faces().unwrap() as u32);

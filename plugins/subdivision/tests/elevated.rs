@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
 
-mod shapes;
-
 use loftsman_fine_tuning::{Ends, FineTuneSurface, Scaling, surface_alpha_spaces};
 use loftsman_kernel::space::Space;
 use loftsman_kernel::spline::Surface;
@@ -30,7 +28,7 @@ fn parameters(cage: &Cage, columns: usize) -> Vec<[f64; 2]> {
 #[test]
 fn a_grid_is_the_same_surface() {
     for (rows, columns, size) in [(5, 4, 1.0), (3, 3, 1e-9), (6, 5, 1e9)] {
-        let mut cage = shapes::grid(rows, columns, [false, false], 0.4);
+        let mut cage = crate::shapes::grid(rows, columns, [false, false], 0.4);
         cage.points_mut().iter_mut().for_each(|p| *p *= size);
         let surface = spline(&cage, rows, columns);
         let fine = elevated(&cage).unwrap();
@@ -55,7 +53,7 @@ fn a_grid_is_the_same_surface() {
 #[test]
 fn what_is_kept_of_any_form() {
     let mut count = [0; 3];
-    for (name, cage) in shapes::all() {
+    for (name, cage) in crate::shapes::all() {
         let topology = cage.topology();
         let fine = elevated(&cage).unwrap();
         let (expected, frames) = (doo_sabin::limit_frames(&cage).unwrap(), limit_frames(&fine).unwrap());
@@ -87,7 +85,7 @@ fn what_is_kept_of_any_form() {
 #[test]
 fn one_changes_nothing_a_constant_scales_and_motions_commute() {
     let turn = |v: &Vector| Vector::new(-v.y, v.x, v.z);
-    for (name, cage) in shapes::all().into_iter().step_by(3) {
+    for (name, cage) in crate::shapes::all().into_iter().step_by(3) {
         let plain = elevated(&cage).unwrap();
         let mut tune = FineTune::new(cage.clone());
         let same = tune.solve().unwrap();
@@ -130,7 +128,7 @@ fn one_changes_nothing_a_constant_scales_and_motions_commute() {
 #[test]
 fn tuned_forms_are_smooth_in_the_middle_of_faces() {
     let mut count = 0;
-    for (name, cage) in shapes::all() {
+    for (name, cage) in crate::shapes::all() {
         let topology = cage.topology();
         let mut tune = FineTune::new(cage.clone());
         for edge in 0..topology.edge_count() {
@@ -159,8 +157,8 @@ fn tuned_forms_are_smooth_in_the_middle_of_faces() {
         let t = std::f64::consts::TAU * (k % n) as f64 / n as f64;
         Point::new(
             t.cos(),
-            t.sin() + 0.1 * shapes::noise(k as u64),
-            (k / n) as f64 + 0.2 * shapes::noise(k as u64 + 40),
+            t.sin() + 0.1 * crate::shapes::noise(k as u64),
+            (k / n) as f64 + 0.2 * crate::shapes::noise(k as u64 + 40),
         )
     };
     let mut faces = vec![(0..n).rev().collect::<Vec<_>>(), (n..2 * n).collect()];
@@ -188,7 +186,7 @@ fn along(space: &Space, alpha: &[f64]) -> Function<f64> {
 #[test]
 fn along_one_direction_it_is_the_tensor_product() {
     let (rows, columns) = (6, 5);
-    let cage = shapes::grid(rows, columns, [false, false], 0.35);
+    let cage = crate::shapes::grid(rows, columns, [false, false], 0.35);
     let surface = spline(&cage, rows, columns);
     let [space, across] = surface_alpha_spaces(&surface).unwrap();
     // α(u) is linear with a value at each knot; α(u, v) has values for each line, but is constant across here or not.
@@ -232,9 +230,13 @@ fn along_one_direction_it_is_the_tensor_product() {
 #[test]
 fn a_sum_of_polygons_is_tuned_in_both_directions() {
     let (rows, columns) = (5, 6);
-    let mut cage = shapes::grid(rows, columns, [false, false], 0.0);
+    let mut cage = crate::shapes::grid(rows, columns, [false, false], 0.0);
     let part = |seed: u64, k: usize| {
-        Vector::new(shapes::noise(seed + 3 * k as u64), shapes::noise(seed + 50 + k as u64), k as f64)
+        Vector::new(
+            crate::shapes::noise(seed + 3 * k as u64),
+            crate::shapes::noise(seed + 50 + k as u64),
+            k as f64,
+        )
     };
     for (k, p) in cage.points_mut().iter_mut().enumerate() {
         *p = Point::from(part(1, k / columns) + part(900, k % columns));
@@ -268,7 +270,7 @@ fn a_sum_of_polygons_is_tuned_in_both_directions() {
 /// The answer is the least: at every vertex that may move the springs are in balance; and errors name the edge.
 #[test]
 fn what_is_refused() {
-    let mut tune = FineTune::new(shapes::cube());
+    let mut tune = FineTune::new(crate::shapes::cube());
     assert!(tune.scale([0, 7], 2.0).unwrap_err().to_string().contains("0 and 7"));
     assert!(tune.pin(8).unwrap_err().to_string().contains('8'));
     for alpha in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -280,6 +282,6 @@ fn what_is_refused() {
     assert!(tune.solve().is_err());
     tune.scale([6, 7], -1.0).unwrap();
     assert!(tune.solve().is_ok());
-    let uneven = shapes::cube().with_end_interval(0, 1, 2.0).unwrap();
+    let uneven = crate::shapes::cube().with_end_interval(0, 1, 2.0).unwrap();
     assert!(elevated(&uneven).unwrap_err().to_string().contains("intervals"));
 }

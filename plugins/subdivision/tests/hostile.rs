@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
 
-mod shapes;
-
 use loftsman_kernel::Point;
 use loftsman_subdivision::{BoundaryRule, Cage, Polygon, Scheme, catmull_clark, doo_sabin};
 use proptest::prelude::*;
@@ -68,7 +66,7 @@ proptest! {
 
     #[test]
     fn any_faces(faces in prop::collection::vec(prop::collection::vec(0usize..9, 0..6), 0..8)) {
-        let points = (0..8).map(|k| Point::new(shapes::noise(k), shapes::noise(k + 9), shapes::noise(k + 99)));
+        let points = (0..8).map(|k| Point::new(crate::shapes::noise(k), crate::shapes::noise(k + 9), crate::shapes::noise(k + 99)));
         if let Ok(cage) = Cage::new(points.collect(), &faces) {
             ask(&cage);
         }
@@ -84,14 +82,14 @@ proptest! {
         size in prop_oneof![Just(1.0), Just(1e-300), Just(1e308), Just(0.0)],
     ) {
         let whole = match which {
-            0 => shapes::cube(),
-            1 => shapes::tetrahedron(),
-            2 => shapes::double_fan(7, 0.1),
-            3 => shapes::fan(6, 5, true, 0.1),
-            4 => shapes::pillow(5),
-            5 => shapes::grid(3, 4, [true, true], 0.1),
-            6 => shapes::grid(3, 4, [false, false], 0.1),
-            _ => shapes::fan(5, 3, false, 0.1),
+            0 => crate::shapes::cube(),
+            1 => crate::shapes::tetrahedron(),
+            2 => crate::shapes::double_fan(7, 0.1),
+            3 => crate::shapes::fan(6, 5, true, 0.1),
+            4 => crate::shapes::pillow(5),
+            5 => crate::shapes::grid(3, 4, [true, true], 0.1),
+            6 => crate::shapes::grid(3, 4, [false, false], 0.1),
+            _ => crate::shapes::fan(5, 3, false, 0.1),
         };
         // What is left of it, vertices numbered anew.
         let mut places = vec![usize::MAX; whole.points().len()];
@@ -126,7 +124,7 @@ proptest! {
         intervals in prop::collection::vec(prop_oneof![Just(0.0), 0.0..3.0, Just(1e-99), Just(1e99)], 9),
     ) {
         let scheme = if cubic { Scheme::Cubic } else { Scheme::Chaikin };
-        let points = (0..n).map(|k| Point::new(shapes::noise(k as u64), 0.0, 1.0)).collect();
+        let points = (0..n).map(|k| Point::new(crate::shapes::noise(k as u64), 0.0, 1.0)).collect();
         if let Ok(polygon) = Polygon::new(scheme, points, closed) {
             let spans = polygon.spans().len();
             let polygon = polygon.with_intervals(intervals[..spans].to_vec()).unwrap();

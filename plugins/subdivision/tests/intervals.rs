@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
 
-mod shapes;
-
 use loftsman_kernel::Point;
 use loftsman_kernel::space::Space;
 use loftsman_kernel::spline::{Direction, Surface};
@@ -20,9 +18,9 @@ fn torus(zero: bool) -> (Cage, Surface, [usize; 2]) {
     let size = [5, 6];
     let [rows, columns] = size;
     let d = |axis: usize, k: usize| {
-        if zero && k == 2 { 0.0 } else { 1.0 + 0.9 * shapes::noise((axis * 100 + k) as u64) }
+        if zero && k == 2 { 0.0 } else { 1.0 + 0.9 * crate::shapes::noise((axis * 100 + k) as u64) }
     };
-    let mut cage = shapes::grid(rows, columns, [true, true], 0.4);
+    let mut cage = crate::shapes::grid(rows, columns, [true, true], 0.4);
     let at = |i: usize, j: usize| i % rows * columns + j % columns;
     for i in 0..rows {
         for j in 0..columns {
@@ -93,7 +91,7 @@ fn zero_intervals_make_double_knots() {
 
 #[test]
 fn equal_intervals_are_none() {
-    for (name, cage) in shapes::all() {
+    for (name, cage) in crate::shapes::all() {
         for interval in [1.0, 3.7e-3] {
             let mut same = cage.clone();
             for edge in 0..cage.topology().edge_count() {
@@ -109,12 +107,12 @@ fn equal_intervals_are_none() {
 
 #[test]
 fn any_intervals_give_affine_rows() {
-    for (name, cage) in shapes::all().into_iter().step_by(2) {
+    for (name, cage) in crate::shapes::all().into_iter().step_by(2) {
         let mut uneven = cage.clone();
         for edge in 0..cage.topology().edge_count() {
             let [a, b] = cage.topology().edge(edge).unwrap();
             // A third of them zero.
-            let d = (1.0 + 1.5 * shapes::noise(edge as u64)).max(0.0);
+            let d = (1.0 + 1.5 * crate::shapes::noise(edge as u64)).max(0.0);
             uneven = uneven.with_interval(a as usize, b as usize, d).unwrap();
         }
         let refinement = Refinement::new(uneven, 2).unwrap();
@@ -134,8 +132,8 @@ fn any_intervals_give_affine_rows() {
 fn the_boundary_is_a_spline_of_its_own() {
     use loftsman_subdivision::{BoundaryRule, Polygon, Scheme};
     let n = 7;
-    let mut cage = shapes::grid(n, 3, [true, false], 0.3).with_boundary(BoundaryRule::EdgeOnly);
-    let d: Vec<f64> = (0..n).map(|k| 1.0 + 0.8 * shapes::noise(k as u64)).collect();
+    let mut cage = crate::shapes::grid(n, 3, [true, false], 0.3).with_boundary(BoundaryRule::EdgeOnly);
+    let d: Vec<f64> = (0..n).map(|k| 1.0 + 0.8 * crate::shapes::noise(k as u64)).collect();
     for i in 0..n {
         for j in 0..3 {
             cage = cage.with_interval(3 * i + j, 3 * ((i + 1) % n) + j, d[i]).unwrap();

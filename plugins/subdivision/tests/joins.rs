@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
 
-mod shapes;
-
 use loftsman_kernel::edit::{Ask, Edit, Metric};
 use loftsman_kernel::functional::{Edge, derivative, join, position, symmetry};
 use loftsman_kernel::shape::{Derivative, Location, Shape};
@@ -13,7 +11,7 @@ use loftsman_subdivision::catmull_clark::refine;
 use loftsman_subdivision::{Cage, SubdivisionSurface};
 
 fn sheet(rows: usize, columns: usize, to: Vector) -> SubdivisionSurface {
-    let mut cage = shapes::grid(rows, columns, [false, false], 0.15);
+    let mut cage = crate::shapes::grid(rows, columns, [false, false], 0.15);
     cage.points_mut().iter_mut().for_each(|p| *p += to);
     SubdivisionSurface::new(cage).unwrap()
 }
@@ -92,7 +90,7 @@ fn a_limit_meets_a_spline() {
 #[test]
 fn a_limit_closes_onto_itself() {
     // A strip bent to a ring that does not quite close.
-    let mut cage = shapes::grid(9, 4, [false, false], 0.05);
+    let mut cage = crate::shapes::grid(9, 4, [false, false], 0.05);
     for (k, p) in cage.points_mut().iter_mut().enumerate() {
         let turn = 0.95 * std::f64::consts::TAU * (k / 4) as f64 / 8.0;
         *p = Point::new(2.0 * turn.cos() + p.z, 2.0 * turn.sin(), p.y);
@@ -119,7 +117,7 @@ fn a_limit_closes_onto_itself() {
 fn uneven() -> (SubdivisionSurface, usize) {
     let ring = |k: usize, r: f64| {
         let t = std::f64::consts::PI * k as f64 / 6.0;
-        Point::new(r * t.cos(), r * t.sin(), 0.1 * shapes::noise(k as u64))
+        Point::new(r * t.cos(), r * t.sin(), 0.1 * crate::shapes::noise(k as u64))
     };
     let points: Vec<Point> = [Point::origin()].into_iter().chain((0..7).map(|k| ring(k, 1.0))).collect();
     let faces = [[0, 1, 2, 3], [0, 3, 4, 5], [0, 5, 6, 7]];
@@ -179,10 +177,10 @@ fn edges_that_end_at_extraordinary_vertices_are_joined_by_position_and_no_more()
 /// As on splines: a mirror image stays one, and is brought about where it is not.
 #[test]
 fn symmetry_holds_of_every_point_of_the_limit() {
-    let cage = shapes::grid(5, 5, [false, false], 0.0);
+    let cage = crate::shapes::grid(5, 5, [false, false], 0.0);
     let mut surface = SubdivisionSurface::new(cage).unwrap();
     for (k, p) in surface.control_vertices_mut().iter_mut().enumerate() {
-        *p += Vector::from_fn(|axis, _| 1e-3 * shapes::noise((3 * k + axis) as u64));
+        *p += Vector::from_fn(|axis, _| 1e-3 * crate::shapes::noise((3 * k + axis) as u64));
     }
     let plane = || symmetry(Vector::x(), Point::new(2.0, 0.0, 0.0));
     let to = Point::new(1.1, 1.2, 1.0);
@@ -205,7 +203,7 @@ fn symmetry_holds_of_every_point_of_the_limit() {
 /// On a regular grid the falloff is a spline's: both have the same net of neighbours in the middle.
 #[test]
 fn a_falloff_is_as_far_as_it_says() {
-    let surface = SubdivisionSurface::new(shapes::grid(11, 11, [false, false], 0.0)).unwrap();
+    let surface = SubdivisionSurface::new(crate::shapes::grid(11, 11, [false, false], 0.0)).unwrap();
     for radius in [1.0, 2.0, 3.0] {
         let edit = Edit::new(&surface).metric(Metric::Falloff(radius));
         let edited = edit.ask(position(Location::Vertex(60)).by(Vector::z())).solve().unwrap();

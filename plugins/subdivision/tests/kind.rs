@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
 
-mod shapes;
-
 use std::sync::Arc;
 
 use loftsman_kernel::conformance::kind_conformance;
@@ -15,11 +13,12 @@ use loftsman_subdivision::{BoundaryRule, Subdivision, SubdivisionSurface};
 
 #[test]
 fn it_is_a_kind() {
-    let cube = shapes::cube().with_crease(0, 1, 2.5).unwrap().with_crease(1, 3, f64::INFINITY).unwrap();
+    let cube =
+        crate::shapes::cube().with_crease(0, 1, 2.5).unwrap().with_crease(1, 3, f64::INFINITY).unwrap();
     let cages = [
         cube.with_corner(7, 1.25).unwrap().with_hole(4).unwrap(),
-        shapes::grid(3, 4, [false, false], 0.2),
-        shapes::fan(3, 5, true, 0.1).with_boundary(BoundaryRule::EdgeOnly),
+        crate::shapes::grid(3, 4, [false, false], 0.2),
+        crate::shapes::fan(3, 5, true, 0.1).with_boundary(BoundaryRule::EdgeOnly),
     ];
     let samples: Vec<Box<dyn Shape>> = cages
         .into_iter()
@@ -32,7 +31,7 @@ fn it_is_a_kind() {
 
 #[test]
 fn fields_come_back_to_the_last_bit() {
-    for (name, cage) in shapes::all() {
+    for (name, cage) in crate::shapes::all() {
         let surface = SubdivisionSurface::with_depth(cage, 5).unwrap();
         let fields = surface.fields();
         let text = serde_json::Value::Object(fields.clone().into_map()).to_string();
@@ -48,7 +47,7 @@ fn fields_come_back_to_the_last_bit() {
 
 #[test]
 fn what_is_wrong_has_its_place() {
-    let good = SubdivisionSurface::new(shapes::cube()).unwrap().fields();
+    let good = SubdivisionSurface::new(crate::shapes::cube()).unwrap().fields();
     for (field, value, words) in [
         ("creases", serde_json::json!([[0, 1, 1.0], [0, 7, 1.0]]), "creases[1]: there is no edge"),
         ("creases", serde_json::json!([[0, 1, -1.0]]), "creases[0]"),
@@ -73,10 +72,10 @@ fn what_is_wrong_has_its_place() {
 fn it_is_registered() {
     let mut registry = Registry::new();
     Subdivision.register(&mut registry);
-    let torus = SubdivisionSurface::new(shapes::grid(5, 6, [true, true], 0.2)).unwrap();
+    let torus = SubdivisionSurface::new(crate::shapes::grid(5, 6, [true, true], 0.2)).unwrap();
     let Some(Splines::Surfaces(patches)) = torus.splines() else { panic!("a torus is all splines") };
     assert_eq!(patches.len(), 1, "all faces are one spline");
-    assert!(SubdivisionSurface::new(shapes::cube()).unwrap().splines().is_none());
+    assert!(SubdivisionSurface::new(crate::shapes::cube()).unwrap().splines().is_none());
     let fine = Fineness { chord: Chord::Relative(1e-4), ..Fineness::default() };
     let faceted = SubdivisionSurface::tessellate(&[&torus], &fine).unwrap();
     assert!(faceted.certified && faceted.error <= faceted.tolerance);
@@ -89,7 +88,7 @@ fn it_is_registered() {
 fn points_of_a_tessellation_know_their_places() {
     let fine = Fineness { chord: Chord::Relative(2e-2), angle: 1.0 };
     let mut count = 0;
-    for (name, cage) in shapes::all().into_iter().step_by(5) {
+    for (name, cage) in crate::shapes::all().into_iter().step_by(5) {
         let surface = SubdivisionSurface::new(cage).unwrap();
         let Ok(faceted) = SubdivisionSurface::tessellate(&[&surface], &fine) else { continue };
         count += 1;

@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
 
-mod shapes;
-
 use loftsman_kernel::shape::{Derivative, Location, Shape};
 use loftsman_kernel::space::Space;
 use loftsman_kernel::spline::Surface;
@@ -62,7 +60,7 @@ const LEVELS: usize = 45;
 #[test]
 fn positions_are_where_refinement_goes() {
     let mut count = 0;
-    for (name, cage) in shapes::all() {
+    for (name, cage) in crate::shapes::all() {
         let limits = limit_points(&cage).unwrap();
         let rows = all_limit_stencils(&cage).unwrap();
         for v in [0, 1, 4].into_iter().filter(|&v| v < cage.points().len()) {
@@ -99,7 +97,7 @@ fn positions_are_where_refinement_goes() {
 
 #[test]
 fn tangents_stay_in_their_plane_under_refinement() {
-    for (name, cage) in shapes::all() {
+    for (name, cage) in crate::shapes::all() {
         let frames = limit_frames(&cage).unwrap();
         for v in [0, 1, 4].into_iter().filter(|&v| v < cage.points().len()) {
             for sector in 0..sectors(&cage, v).unwrap() {
@@ -148,7 +146,7 @@ fn is_corner(cage: &Cage, v: usize) -> bool {
 #[test]
 fn normals_are_where_refinement_goes() {
     let mut count = 0;
-    for (name, cage) in shapes::all() {
+    for (name, cage) in crate::shapes::all() {
         let frames = limit_frames(&cage).unwrap();
         for v in 0..cage.points().len().min(4) {
             let valence = cage.topology().valence(v);
@@ -184,7 +182,7 @@ fn normals_are_where_refinement_goes() {
 
 #[test]
 fn the_numbers_of_a_cube() {
-    let cube = shapes::cube();
+    let cube = crate::shapes::cube();
     let stencil = limit_stencils(&cube, 0, 0).unwrap().position;
     let expected = [3.0 / 8.0, 1.0 / 6.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 24.0];
     for (v, c) in stencil.iter() {
@@ -197,7 +195,7 @@ fn the_numbers_of_a_cube() {
 fn a_closed_grid_is_a_periodic_bicubic_spline() {
     for times in 0..2 {
         let (rows, columns) = (5, 7);
-        let cage = shapes::grid(rows, columns, [true, true], 0.4);
+        let cage = crate::shapes::grid(rows, columns, [true, true], 0.4);
         let spline = Surface::new(
             Space::periodic_uniform(3, rows).unwrap(),
             Space::periodic_uniform(3, columns).unwrap(),
@@ -223,7 +221,7 @@ fn a_closed_grid_is_a_periodic_bicubic_spline() {
 fn valences_of_hundreds_are_no_trouble() {
     for n in [40, 500] {
         for sharpness in [0.0, 2.5, f64::INFINITY] {
-            let cage = shapes::fan(n, 4, true, 0.0).with_crease(0, 1, sharpness).unwrap();
+            let cage = crate::shapes::fan(n, 4, true, 0.0).with_crease(0, 1, sharpness).unwrap();
             let frame = limit_frames(&cage).unwrap()[0];
             let z = frame.normal().unwrap();
             assert!(z.z > 0.9, "{n} {sharpness}: {z}");
@@ -236,7 +234,7 @@ fn valences_of_hundreds_are_no_trouble() {
 #[test]
 fn frames_go_with_rigid_motions_and_sizes() {
     let turn = |p: &Point| Point::new(-p.y, p.x, p.z);
-    for (name, cage) in shapes::all().into_iter().step_by(2) {
+    for (name, cage) in crate::shapes::all().into_iter().step_by(2) {
         let frames = limit_frames(&cage).unwrap();
         for size in [1e-9, 1.0, 1e9] {
             let mut moved = cage.clone();
@@ -259,10 +257,13 @@ fn frames_go_with_rigid_motions_and_sizes() {
 
 #[test]
 fn coincident_points_give_points_and_no_normal() {
-    let mut cage = shapes::fan(5, 5, true, 0.1);
+    let mut cage = crate::shapes::fan(5, 5, true, 0.1);
     cage.points_mut().fill(Point::new(1.0, 2.0, 3.0));
     for frame in limit_frames(&cage).unwrap() {
         assert!((frame.point - Point::new(1.0, 2.0, 3.0)).norm() < 1e-14);
     }
-    assert!(limit_stencils(&shapes::cube(), 8, 0).is_err() && limit_stencils(&shapes::cube(), 0, 1).is_err());
+    assert!(
+        limit_stencils(&crate::shapes::cube(), 8, 0).is_err()
+            && limit_stencils(&crate::shapes::cube(), 0, 1).is_err()
+    );
 }

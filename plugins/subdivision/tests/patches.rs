@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
 
-mod shapes;
-
 use loftsman_kernel::shape::Derivative;
 use loftsman_kernel::shape::Shape;
 use loftsman_subdivision::LimitFrame;
@@ -12,7 +10,7 @@ use loftsman_subdivision::catmull_clark::{limit_frames, patch, patch_stencils, r
 #[test]
 fn patches_are_the_surface() {
     let (mut count, mut on_boundary) = (0, 0);
-    for (name, cage) in shapes::all().into_iter().step_by(3) {
+    for (name, cage) in crate::shapes::all().into_iter().step_by(3) {
         for coarse in [cage.clone(), refine(&cage).unwrap()] {
             let (here, fine) = (limit_frames(&coarse).unwrap(), refine(&coarse).unwrap());
             let there = limit_frames(&fine).unwrap();
@@ -53,10 +51,10 @@ fn patches_are_the_surface() {
 
 #[test]
 fn what_is_not_regular_has_none() {
-    let cube = refine(&shapes::cube()).unwrap();
+    let cube = refine(&crate::shapes::cube()).unwrap();
     assert!((0..24).all(|face| patch(&cube, face).unwrap().is_none()));
     assert!(patch(&cube, 24).is_err());
-    let grid = shapes::grid(5, 5, [true, true], 0.1);
+    let grid = crate::shapes::grid(5, 5, [true, true], 0.1);
     let creased = grid.clone().with_crease(0, 1, 0.5).unwrap();
     let regular = |cage: &loftsman_subdivision::Cage| {
         (0..25).filter(|&f| patch_stencils(cage, f).unwrap().is_some()).count()

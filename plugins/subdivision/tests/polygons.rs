@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
 
-mod shapes;
-
 use loftsman_kernel::Point;
 use loftsman_kernel::spline::Curve;
 use loftsman_subdivision::{Polygon, Scheme};
@@ -16,7 +14,11 @@ fn all() -> Vec<Polygon> {
             for n in 3..9 {
                 for size in [1e-9, 1.0, 1e9] {
                     let point = |k: u64| {
-                        Point::new(shapes::noise(k) * size, shapes::noise(k + 50) * size, k as f64 * size)
+                        Point::new(
+                            crate::shapes::noise(k) * size,
+                            crate::shapes::noise(k + 50) * size,
+                            k as f64 * size,
+                        )
                     };
                     let Ok(polygon) = Polygon::new(scheme, (0..n).map(point).collect(), closed) else {
                         assert!(n == 3 && !closed && scheme == Scheme::Cubic);
@@ -24,7 +26,8 @@ fn all() -> Vec<Polygon> {
                     };
                     let spans = polygon.spans().len();
                     all.push(polygon.clone());
-                    let uneven: Vec<f64> = (0..spans).map(|k| 1.0 + 0.95 * shapes::noise(k as u64)).collect();
+                    let uneven: Vec<f64> =
+                        (0..spans).map(|k| 1.0 + 0.95 * crate::shapes::noise(k as u64)).collect();
                     all.push(polygon.clone().with_intervals(uneven.clone()).unwrap());
                     if spans > 3 {
                         let mut zero = uneven;
@@ -167,7 +170,7 @@ fn chaikin_s_curve_elevated_is_the_same_curve() {
     assert!(count > 60, "{count}");
     // Uniform: (Q₋ + 5 Q)/6 and (5 Q + Q₊)/6.
     let points: Vec<Point> =
-        (0..5).map(|k| Point::new(shapes::noise(k), shapes::noise(k + 9), k as f64)).collect();
+        (0..5).map(|k| Point::new(crate::shapes::noise(k), crate::shapes::noise(k + 9), k as f64)).collect();
     let cubic = Polygon::new(Scheme::Chaikin, points.clone(), true).unwrap().elevated().unwrap();
     for k in 0..5 {
         let [before, own, after] = [k + 4, k, k + 1].map(|k| points[k % 5].coords);

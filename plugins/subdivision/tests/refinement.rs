@@ -2,15 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
 
-mod shapes;
-
 use loftsman_kernel::{Point, Vector};
 use loftsman_subdivision::catmull_clark::{Refinement, refine};
 use loftsman_subdivision::{Cage, SubdivisionError, doo_sabin};
 
 #[test]
 fn a_cube_becomes_what_catmull_and_clark_say() {
-    let cage = refine(&shapes::cube()).unwrap();
+    let cage = refine(&crate::shapes::cube()).unwrap();
     assert_eq!(
         (cage.points().len(), cage.topology().face_count(), cage.topology().edge_count()),
         (26, 24, 48)
@@ -32,7 +30,7 @@ fn a_cube_becomes_what_catmull_and_clark_say() {
 
 #[test]
 fn rows_give_the_points_and_sum_to_one() {
-    for (name, cage) in shapes::all() {
+    for (name, cage) in crate::shapes::all() {
         let refinement = Refinement::new(cage.clone(), 3).unwrap();
         for level in [1, 3] {
             let fine = &refinement.levels()[level];
@@ -54,7 +52,7 @@ fn rows_give_the_points_and_sum_to_one() {
 
 #[test]
 fn moved_points_are_refined_again() {
-    let cage = shapes::fan(5, 5, true, 0.1).with_crease(0, 1, 1.5).unwrap();
+    let cage = crate::shapes::fan(5, 5, true, 0.1).with_crease(0, 1, 1.5).unwrap();
     let mut refinement = Refinement::new(cage.clone(), 3).unwrap();
     let shift = Vector::new(1.0, -2.0, 0.5);
     let moved: Vec<Point> = cage.points().iter().map(|p| Point::from(p.coords * 2.0) + shift).collect();
@@ -68,7 +66,7 @@ fn moved_points_are_refined_again() {
 
 #[test]
 fn creases_holes_and_parents_are_inherited() {
-    let cage = shapes::cube().with_crease(0, 1, 2.5).unwrap().with_crease(1, 3, 20.0).unwrap();
+    let cage = crate::shapes::cube().with_crease(0, 1, 2.5).unwrap().with_crease(1, 3, 20.0).unwrap();
     let cage = cage.with_hole(2).unwrap().with_corner(7, 1.25).unwrap();
     let refinement = Refinement::new(cage, 2).unwrap();
     let one = &refinement.levels()[1];
@@ -91,7 +89,7 @@ fn creases_holes_and_parents_are_inherited() {
 
 #[test]
 fn refinement_goes_with_maps() {
-    for (name, cage) in shapes::all().into_iter().step_by(3) {
+    for (name, cage) in crate::shapes::all().into_iter().step_by(3) {
         for size in [1e-9, 1e9] {
             let mut scaled = cage.clone();
             scaled.points_mut().iter_mut().for_each(|p| *p = Point::from(p.coords * size));
@@ -125,7 +123,7 @@ fn what_is_wrong_is_named() {
     let mut bad = points(3);
     bad[1].y = f64::NAN;
     assert!(Cage::new(bad, &[[0, 1, 2]]).unwrap_err().to_string().starts_with("vertex 1 is (1, NaN, 0)"));
-    let cube = shapes::cube();
+    let cube = crate::shapes::cube();
     let message = |cage: Result<Cage, SubdivisionError>| cage.unwrap_err().to_string();
     assert!(message(cube.clone().with_crease(0, 7, 1.0)).contains("no edge between vertices 0 and 7"));
     assert!(message(cube.clone().with_crease(0, 99, 1.0)).contains("no edge between vertices 0 and 99"));
@@ -152,7 +150,7 @@ fn eulers_characteristic_is_kept() {
         (0..topology.edge_count()).filter(|&e| topology.is_boundary_edge(e)).count()
     };
     let (mut all, mut closed) = (0, 0);
-    for (name, cage) in shapes::all() {
+    for (name, cage) in crate::shapes::all() {
         let (mut fine, mut doo) = (cage.clone(), cage.clone());
         for level in 1..=3 {
             fine = refine(&fine).unwrap();

@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
 
-mod shapes;
-
 use loftsman_area_volume::{surface_area, volume, volume_of};
 use loftsman_kernel::conformance::shape_conformance;
 use loftsman_kernel::edit::{Ask, Edit};
@@ -47,7 +45,7 @@ fn rows(cage: &Cage, spread: f64, seed: u64) -> Cage {
     (0..topology.edge_count()).fold(cage.clone(), |cage, e| {
         let [a, b] = topology.edge(e).unwrap();
         let number = row[e] as u64 + 1000 * seed;
-        let d = spread.powf(shapes::noise(7 * number + 3));
+        let d = spread.powf(crate::shapes::noise(7 * number + 3));
         cage.with_interval(a as usize, b as usize, d).unwrap()
     })
 }
@@ -60,7 +58,7 @@ fn a_grid_is_its_spline_with_all_derivatives() {
             (sides[0][2], sides[1][3]) = (0.0, 0.0);
         }
         let [d, e] = &sides;
-        let (cage, spline) = shapes::torus(d, e);
+        let (cage, spline) = crate::shapes::torus(d, e);
         let surface = SubdivisionSurface::new(cage).unwrap();
         let (r, c) = (d.len(), e.len());
         for face in 0..r * c {
@@ -90,7 +88,7 @@ fn a_grid_is_its_spline_with_all_derivatives() {
 #[test]
 fn it_is_where_refinement_goes() {
     let mut places = 0;
-    for (k, (name, cage)) in shapes::all().into_iter().enumerate() {
+    for (k, (name, cage)) in crate::shapes::all().into_iter().enumerate() {
         if name.contains("crease") || name.contains("sharp") {
             // Of those that are sharp for some levels a few.
             if k % 9 > 0 || name.contains("9.9") {
@@ -149,10 +147,10 @@ fn it_is_where_refinement_goes() {
 #[test]
 fn it_is_a_shape() {
     for (name, cage) in [
-        ("cube", shapes::cube()),
-        ("fan", shapes::fan(5, 4, true, 0.1)),
-        ("of sixes", shapes::fan(3, 6, true, 0.1)),
-        ("open", shapes::grid(4, 5, [false, true], 0.2)),
+        ("cube", crate::shapes::cube()),
+        ("fan", crate::shapes::fan(5, 4, true, 0.1)),
+        ("of sixes", crate::shapes::fan(3, 6, true, 0.1)),
+        ("open", crate::shapes::grid(4, 5, [false, true], 0.2)),
     ] {
         let surface = SubdivisionSurface::with_depth(rows(&cage, 2.0, 5), 6).unwrap();
         assert!(surface.cage().has_intervals());
@@ -168,7 +166,7 @@ fn it_is_a_shape() {
 /// what is left out is within its bound, and tessellation and patches within their tolerances.
 #[test]
 fn it_is_measured_cut_and_made_of_patches() {
-    for (name, cage) in [("cube", shapes::cube()), ("fan", shapes::double_fan(5, 0.1))] {
+    for (name, cage) in [("cube", crate::shapes::cube()), ("fan", crate::shapes::double_fan(5, 0.1))] {
         let surface = SubdivisionSurface::new(rows(&cage, 2.0, 9)).unwrap();
         let coarse = SubdivisionSurface::with_depth(rows(&cage, 2.0, 9), 3).unwrap();
         let area = |s: &SubdivisionSurface| area_of(s);
@@ -192,7 +190,7 @@ fn it_is_measured_cut_and_made_of_patches() {
 /// A limit between vertices is moved, a normal held, the volume kept.
 #[test]
 fn it_is_edited() {
-    let surface = SubdivisionSurface::new(rows(&refine(&shapes::cube()).unwrap(), 2.0, 4)).unwrap();
+    let surface = SubdivisionSurface::new(rows(&refine(&crate::shapes::cube()).unwrap(), 2.0, 4)).unwrap();
     assert!(surface.cage().has_intervals());
     let at = Location::Face(3, 0.3, 0.6);
     let wanted =
@@ -218,7 +216,7 @@ fn it_is_edited() {
 
 #[test]
 fn what_has_no_pieces_is_refused_by_name() {
-    let cage = shapes::cube().with_interval(0, 1, 2.0).unwrap();
+    let cage = crate::shapes::cube().with_interval(0, 1, 2.0).unwrap();
     let error = SubdivisionSurface::new(cage).unwrap_err().to_string();
     assert!(
         error.contains("face 0") && error.contains("opposite edges") && error.contains("1, 1, 1, 2"),
@@ -226,7 +224,7 @@ fn what_has_no_pieces_is_refused_by_name() {
     );
     let cage = [(0, 2), (1, 3), (4, 6), (5, 7)]
         .into_iter()
-        .try_fold(shapes::cube(), |cage, (a, b)| cage.with_interval(a, b, 0.0));
+        .try_fold(crate::shapes::cube(), |cage, (a, b)| cage.with_interval(a, b, 0.0));
     let error = SubdivisionSurface::new(cage.unwrap()).unwrap_err().to_string();
     assert!(error.contains("vertices 0 and 2") && error.contains("knot interval 0"), "{error}");
 }

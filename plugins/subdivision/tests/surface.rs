@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
 
-mod shapes;
-
 use loftsman_kernel::conformance::shape_conformance;
 use loftsman_kernel::shape::{Derivative, Location, Shape};
 use loftsman_kernel::{Point, Vector};
@@ -17,7 +15,7 @@ fn value(surface: &dyn Shape, face: u32, u: f64, v: f64, by: [usize; 2]) -> Vect
 #[test]
 fn it_is_a_shape() {
     let mut count = 0;
-    for (name, cage) in shapes::all() {
+    for (name, cage) in crate::shapes::all() {
         // Derivatives across boundaries are splines only where these are regular.
         let irregular = name.contains("one face") || name.contains("fan of");
         if irregular && !name.contains("double") && !name.contains("fan of 4 faces of 4") {
@@ -41,7 +39,7 @@ fn it_is_a_shape() {
 #[test]
 fn it_is_where_refinement_goes() {
     let mut places = 0;
-    for (name, cage) in shapes::all() {
+    for (name, cage) in crate::shapes::all() {
         let levels = if cage.topology().face_count() < 8 { 4 } else { 3 };
         let refinement = Refinement::new(cage.clone(), levels).unwrap();
         let surface = SubdivisionSurface::new(cage.clone()).unwrap();
@@ -88,7 +86,7 @@ fn it_is_where_refinement_goes() {
 
 #[test]
 fn derivatives_are_rates_everywhere() {
-    for (name, cage) in shapes::all().into_iter().step_by(2) {
+    for (name, cage) in crate::shapes::all().into_iter().step_by(2) {
         let surface = SubdivisionSurface::new(cage).unwrap();
         let faces = surface.faces().unwrap() as u32;
         for face in (0..faces).step_by(3) {
@@ -110,7 +108,7 @@ fn derivatives_are_rates_everywhere() {
 
 #[test]
 fn a_regular_face_is_its_patch() {
-    let cage = shapes::grid(5, 6, [false, true], 0.3);
+    let cage = crate::shapes::grid(5, 6, [false, true], 0.3);
     let surface = SubdivisionSurface::new(cage.clone()).unwrap();
     for face in 0..cage.topology().face_count() {
         let spline = patch(&cage, face).unwrap().unwrap();
@@ -128,7 +126,7 @@ fn a_regular_face_is_its_patch() {
 /// Corners and vertices, tangents with them, in their planes.
 #[test]
 fn vertices_are_corners_of_faces() {
-    for (name, cage) in shapes::all() {
+    for (name, cage) in crate::shapes::all() {
         let surface = SubdivisionSurface::new(cage.clone()).unwrap();
         for v in 0..cage.points().len() {
             let place = surface.place_of(v).unwrap().unwrap();
@@ -150,7 +148,7 @@ fn vertices_are_corners_of_faces() {
 fn tangents_at_extraordinary_corners_are_limits() {
     let mut count = 0;
     for n in [3, 5, 6, 9] {
-        let surface = SubdivisionSurface::new(shapes::double_fan(n, 0.1)).unwrap();
+        let surface = SubdivisionSurface::new(crate::shapes::double_fan(n, 0.1)).unwrap();
         for face in 0..surface.faces().unwrap() as u32 {
             for (u, v) in [(0.0, 0.0), (1.0, 1.0)] {
                 let near = 1e-7;
@@ -169,13 +167,13 @@ fn tangents_at_extraordinary_corners_are_limits() {
 
 #[test]
 fn holes_are_no_faces() {
-    let cage = shapes::cube().with_hole(2).unwrap();
+    let cage = crate::shapes::cube().with_hole(2).unwrap();
     let surface = SubdivisionSurface::new(cage).unwrap();
     assert_eq!(surface.faces(), Some(5));
     assert_eq!(surface.face_of(2, 0).unwrap(), None);
     assert_eq!(surface.face_of(3, 0).unwrap(), Some(2));
     assert_eq!(surface.edges().unwrap().count(), 4);
-    let all = (0..6).try_fold(shapes::cube(), |cage: Cage, f| cage.with_hole(f)).unwrap();
+    let all = (0..6).try_fold(crate::shapes::cube(), |cage: Cage, f| cage.with_hole(f)).unwrap();
     assert!(SubdivisionSurface::new(all).is_err());
 }
 
@@ -197,10 +195,11 @@ fn far_too_many_neighbours_are_refused() {
 /// What was asked before does not show, not in a bit.
 #[test]
 fn what_was_asked_before_does_not_matter() {
-    let cage = shapes::double_fan(5, 0.1).with_crease(0, 2, 2.5).unwrap();
+    let cage = crate::shapes::double_fan(5, 0.1).with_crease(0, 2, 2.5).unwrap();
     let asked = SubdivisionSurface::new(cage.clone()).unwrap();
     for k in 0..200_u64 {
-        let [u, v] = [k, k + 1000].map(|seed| (16.0 * (0.5 + 0.5 * shapes::noise(seed))).floor() / 16.0);
+        let [u, v] =
+            [k, k + 1000].map(|seed| (16.0 * (0.5 + 0.5 * crate::shapes::noise(seed))).floor() / 16.0);
         let at = Location::Face((k % 7) as u32 / 2, u, v);
         let fresh = SubdivisionSurface::new(cage.clone()).unwrap();
         let by = Derivative::POSITION;
@@ -211,7 +210,7 @@ fn what_was_asked_before_does_not_matter() {
 /// A vertex among holes is on no surface, and says so.
 #[test]
 fn a_vertex_among_holes_has_no_place() {
-    let cage = shapes::grid(4, 4, [false; 2], 0.1);
+    let cage = crate::shapes::grid(4, 4, [false; 2], 0.1);
     let holes: Vec<usize> = cage.topology().vertex_faces(5).map(|f| f as usize).collect();
     let cage = holes.iter().fold(cage, |cage, &f| cage.with_hole(f).unwrap());
     let surface = SubdivisionSurface::new(cage).unwrap();

@@ -2,12 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
 
-mod shapes;
-
+use crate::shapes::levels::explicit;
 use loftsman_kernel::{Point, Vector};
 use loftsman_subdivision::catmull_clark::limit_stencils;
 use loftsman_subdivision::{Cage, LimitFrame};
-use shapes::levels::explicit;
 
 /// How a vertex comes to its limit once all finite sharpness is gone.
 enum Rate {
@@ -59,7 +57,7 @@ fn decay(cage: &Cage) -> usize {
 #[test]
 fn positions_are_those_of_ten_levels() {
     let mut count = [0; 3];
-    for (name, cage) in shapes::all() {
+    for (name, cage) in crate::shapes::all() {
         let levels = 10 + decay(&cage);
         for v in [0, 1, 4].into_iter().filter(|&v| v < cage.points().len()) {
             let limit = Point::from(limit_stencils(&cage, v, 0).unwrap().position.apply(cage.points()));
@@ -99,7 +97,7 @@ fn lifted(cage: &Cage, normal: Vector) -> f64 {
 #[test]
 fn tangent_planes_are_those_of_ten_levels() {
     let mut count = 0;
-    for (name, cage) in shapes::all() {
+    for (name, cage) in crate::shapes::all() {
         let start = decay(&cage);
         for v in [0, 1, 4].into_iter().filter(|&v| v < cage.points().len()) {
             let Rate::Smooth(n) = rate(&cage, v) else { continue };

@@ -2,14 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
 
-mod shapes;
-
+use crate::shapes::levels::explicit;
 use loftsman_kernel::shape::{Derivative, Location, Shape, Side, Sides};
 use loftsman_kernel::space::Space;
 use loftsman_kernel::{Point, Vector};
 use loftsman_subdivision::catmull_clark::{limit_frames, limit_points, limit_stencils, refine, sectors};
 use loftsman_subdivision::{Cage, LimitFrame};
-use shapes::levels::explicit;
 
 fn place(space: &Space, i: usize) -> f64 {
     space.knots()[(i + 2) % space.len()]
@@ -20,7 +18,7 @@ fn normal(a: Vector, b: Vector) -> Option<Vector> {
 }
 
 fn stirred(count: usize, seed: u64) -> Vec<f64> {
-    (0..count as u64).map(|k| 1.0 + 0.95 * shapes::noise(100 * seed + k)).collect()
+    (0..count as u64).map(|k| 1.0 + 0.95 * crate::shapes::noise(100 * seed + k)).collect()
 }
 
 #[test]
@@ -37,7 +35,7 @@ fn a_grid_is_a_tensor_product_spline() {
             5 => (rows[2], rows[3], columns[4], columns[5]) = (0.0, 0.0, 0.0, 0.0),
             _ => {}
         }
-        let (mut cage, spline) = shapes::torus(&rows, &columns);
+        let (mut cage, spline) = crate::shapes::torus(&rows, &columns);
         let at = |v: usize| {
             let (i, j) = (v / columns.len(), v % columns.len());
             Location::Surface(place(spline.u(), i), place(spline.v(), j))
@@ -87,7 +85,7 @@ fn uneven(cage: &Cage, spread: f64, zeros: u64) -> Cage {
     (0..topology.edge_count()).fold(cage.clone(), |cage, e| {
         let [a, b] = topology.edge(e).unwrap();
         let zero = zeros > 0 && (e as u64).is_multiple_of(zeros);
-        let d = if zero { 0.0 } else { spread.powf(shapes::noise(7 * e as u64 + 3)) };
+        let d = if zero { 0.0 } else { spread.powf(crate::shapes::noise(7 * e as u64 + 3)) };
         cage.with_interval(a as usize, b as usize, d).unwrap()
     })
 }
@@ -96,7 +94,7 @@ fn uneven(cage: &Cage, spread: f64, zeros: u64) -> Cage {
 #[test]
 fn limits_are_where_refinement_goes() {
     let mut count = 0;
-    for (name, cage) in shapes::all().into_iter().step_by(7) {
+    for (name, cage) in crate::shapes::all().into_iter().step_by(7) {
         for (spread, zeros) in [(3.0, 0), (30.0, 0), (2.0, 3)] {
             let cage = uneven(&cage, spread, zeros);
             let points = limit_points(&cage).unwrap_or_else(|e| panic!("{name}: {e}"));
@@ -127,7 +125,7 @@ fn limits_are_where_refinement_goes() {
 #[test]
 fn rows_are_affine_and_turn_the_right_way() {
     let mut count = [0; 2];
-    for (name, cage) in shapes::all().into_iter().step_by(5) {
+    for (name, cage) in crate::shapes::all().into_iter().step_by(5) {
         let cage = uneven(&cage, 3.0, 0);
         let points = limit_points(&cage).unwrap();
         for v in 0..points.len().min(5) {

@@ -8,10 +8,10 @@ use loftsman_kernel::functional::position;
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Point, Vector};
 
-use super::book::{Book, least, violation};
 use super::evaluator::{angle, joints, on_curve};
 use super::families::{chain, conic, cornered, inserted};
 use super::{Dice, energy};
+use crate::book::{Book, least, violation};
 
 /// Two sides of a joint as rows over the vertices: position and first derivative, left and right.
 struct Sides {

@@ -7,7 +7,7 @@ use loftsman_kernel::spline::{Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::Rotation3;
 
-use crate::family::*;
+use super::family::*;
 
 /// Both edges stay for an α(u, v) with values enough; closed surfaces stay closed.
 #[test]

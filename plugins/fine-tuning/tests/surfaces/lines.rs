@@ -7,7 +7,7 @@ use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::spline::{Space, Surface};
 use nalgebra::Rotation3;
 
-use crate::family::*;
+use super::family::*;
 
 #[test]
 fn a_biquadratic_becomes_a_bicubic() {

@@ -5,7 +5,7 @@ use loftsman_kernel::spline::Direction::{U, V};
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::spline::{Space, Surface};
 
-use crate::family::*;
+use super::family::*;
 
 #[test]
 fn what_cannot_be_is_refused_in_words() {

@@ -6,7 +6,7 @@ use loftsman_kernel::spline::Direction::{U, V};
 use loftsman_kernel::spline::algebra::{Field, Function};
 use loftsman_kernel::spline::{Space, Surface};
 
-use crate::family::*;
+use super::family::*;
 
 #[test]
 fn regions() {

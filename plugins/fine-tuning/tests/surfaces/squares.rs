@@ -6,7 +6,7 @@ use loftsman_kernel::spline::algebra::Field;
 use loftsman_kernel::spline::{Space, Surface};
 use loftsman_kernel::{Point, Vector};
 
-use crate::family::*;
+use super::family::*;
 
 fn net(space: [&Space; 2], value: impl Fn(f64, f64) -> f64) -> Field<f64> {
     let [u, v] = space;

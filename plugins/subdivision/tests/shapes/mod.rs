@@ -1,5 +1,4 @@
 //! The cages that the tests are run on.
-#![allow(dead_code, reason = "each test program takes what it needs")]
 #![allow(clippy::unwrap_used, reason = "what cannot be made fails the test")]
 
 pub(crate) mod levels;

@@ -2,9 +2,6 @@
 //! of the tests' own, and beside another program's least under the same relations.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic, reason = "tests")]
 
-#[path = "../book/mod.rs"]
-#[allow(dead_code, reason = "part of it is for other tests")]
-mod book;
 mod curves;
 #[path = "../../../../kernel/tests/smooth/dice.rs"]
 mod dice;

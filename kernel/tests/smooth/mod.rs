@@ -3,7 +3,7 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic, reason = "tests")]
 
 mod curves;
-mod dice;
+pub(crate) mod dice;
 mod evaluator;
 mod families;
 mod poles;

@@ -1,0 +1,7 @@
+//! The tests of this crate, as one program.
+
+mod common;
+mod files;
+mod geometry;
+mod hostile;
+mod round_trip;

@@ -1,0 +1,9 @@
+//! The tests of this crate, as one program.
+
+mod common;
+mod editing;
+mod files;
+mod geometry;
+mod hostile;
+mod parameters;
+mod round_trip;

@@ -1,0 +1,9 @@
+//! The tests of this crate, as one program.
+
+mod breps;
+mod common;
+mod curves;
+mod hostile;
+mod solids;
+mod surfaces;
+mod trims;

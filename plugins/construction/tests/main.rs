@@ -1,0 +1,9 @@
+//! The tests of this crate, as one program.
+
+mod corners;
+mod evenly;
+mod golden;
+mod offset;
+mod operations;
+mod sweep;
+mod symmetrize;

@@ -1,0 +1,29 @@
+//! The tests of this crate, as one program.
+
+mod agree;
+mod cages;
+mod chains;
+mod columns;
+mod common;
+mod corners;
+mod drift;
+mod energy;
+mod equilibrium;
+mod families;
+mod floating;
+mod held;
+mod marks;
+mod operation;
+mod over_corners;
+mod physics;
+mod problem;
+mod rest;
+mod rises;
+mod seams;
+mod sheets;
+mod slack;
+mod sliding;
+mod stable;
+mod start;
+mod times;
+mod told;

@@ -1,0 +1,8 @@
+//! The tests of this crate, as one program.
+
+mod operations;
+mod placed;
+mod simplify;
+mod tessellate;
+mod transforms;
+mod tube;

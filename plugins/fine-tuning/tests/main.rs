@@ -1,0 +1,8 @@
+//! The tests of this crate, as one program.
+
+mod curves;
+mod operation;
+mod ranges;
+mod rims;
+mod springs;
+mod surfaces;

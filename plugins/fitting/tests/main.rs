@@ -1,0 +1,14 @@
+//! The tests of this crate, as one program.
+
+mod anything;
+mod astray;
+mod blade;
+mod cloud;
+mod common;
+mod degenerate;
+mod exactness;
+mod golden;
+mod held;
+mod operation;
+mod plain;
+mod shape_operation;

@@ -1,0 +1,9 @@
+//! The tests of this crate, as one program.
+
+mod contacts;
+mod curves;
+mod golden;
+mod itself;
+mod operations;
+mod sections;
+mod shells;
