@@ -1,5 +1,7 @@
 //! What meshes are asked in the tests: whether they are closed, well formed, and near their surfaces.
 
+#![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
+
 use std::collections::HashMap;
 
 use loftsman_kernel::Vector;

@@ -1,5 +1,7 @@
 //! What several of the tests start from.
 
+#![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
+
 use loftsman_kernel::Point;
 use loftsman_kernel::spline::{Curve, Space};
 
