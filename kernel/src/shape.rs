@@ -2,6 +2,7 @@
 
 mod bonds;
 mod cells;
+mod chart;
 mod edges;
 mod gram;
 mod location;
@@ -23,6 +24,7 @@ use crate::{Point, Vector};
 
 pub use bonds::{Bond, Bonds};
 pub use cells::{Cell, CellSide, Cells, Patch, Splines, cells_of, rows_at};
+pub use chart::{Chart, charted_rows};
 pub(crate) use edges::no_edge;
 pub use edges::{BoundaryEdge, Edges, Strip, edges_of, strips};
 pub use location::{Derivative, Location, Side, Sides};

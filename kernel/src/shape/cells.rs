@@ -2,7 +2,7 @@
 
 use smallvec::SmallVec;
 
-use super::{Derivative, Location, Shape, Share, Stencil};
+use super::{Chart, Derivative, Location, Shape, Share, Stencil};
 use crate::error::{Error, Result};
 use crate::quadrature::gauss_legendre;
 use crate::space::Space;
@@ -132,6 +132,13 @@ pub trait Cells {
     /// vertex: by default its [own](Self::splines). Of a shape that is [ready](super::Bonds) for an edit, those that may move.
     fn patches(&self) -> Vec<Patch<'_>> {
         self.splines().map(|splines| Patch { face: None, splines, first: 0 }).into_iter().collect()
+    }
+
+    /// The coordinates in which the energies of first and second derivatives are taken at a location, where these are not the parameters: of a whole
+    /// cell or of none of it. `None` (the default) where they are.
+    fn chart(&self, at: Location) -> Option<Chart> {
+        let _ = at;
+        None
     }
 
     /// Whether only a part of what the cells cover counts as the shape: of a trimmed surface. Energies are taken over the

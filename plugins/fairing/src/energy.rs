@@ -16,7 +16,10 @@ use loftsman_kernel::shape::Location;
 /// | [`data`] | `Σ w_k \|C(u_k) - Q_k\|²` | the same |
 ///
 /// Integrals are over the shape's own parameters: on a domain twice as long, the same curve has an eighth of the bending
-/// energy. That matters for sums only. Rational shapes have their weights fixed, and the energy is that of the rational
+/// energy. That matters for sums only. Round extraordinary vertices of subdivision surfaces, where the parameters are not smooth and the
+/// surface is, stretch and bend are taken by the coordinates of the characteristic map
+/// ([`Cells::chart`](loftsman_kernel::shape::Cells::chart)): so they are finite, and a plane does not bend however its net lies in
+/// it. The variation has no finite value there; it is taken by the parameters, as deep as the surface's cells go, and the report says so. Rational shapes have their weights fixed, and the energy is that of the rational
 /// shape itself, whose points depend linearly on the control vertices as those of any other.
 ///
 /// ```

@@ -3,7 +3,9 @@
 
 use loftsman_kernel::energy::Squares;
 use loftsman_kernel::error::{Error, Result};
-use loftsman_kernel::shape::{Cell, Derivative, Location, Shape, Splines, cells_of, rows_at};
+use loftsman_kernel::shape::{
+    Cell, Cells, Derivative, Location, Shape, Splines, cells_of, charted_rows, rows_at,
+};
 use loftsman_kernel::spline::Space;
 use loftsman_kernel::spline::gram::gauss_legendre;
 use loftsman_kernel::spline::space::MAX_ORDER;
@@ -39,7 +41,7 @@ impl Integrals {
                 None => self.curve(shape, &splines, order, weight, near),
                 Some(v) => self.surface(shape, &splines, v, order, weight, near),
             },
-            None => self.cells(shape, &cells.checked(shape)?, order, weight, near),
+            None => self.cells(shape, (cells, &cells.checked(shape)?), order, weight, near),
         }
     }
 
@@ -47,7 +49,7 @@ impl Integrals {
     fn cells(
         &mut self,
         shape: &dyn Shape,
-        cells: &[Cell],
+        (of, cells): (&dyn Cells, &[Cell]),
         order: usize,
         weight: f64,
         near: Option<Point>,
@@ -70,7 +72,17 @@ impl Integrals {
             };
             nodes = Some(enough_nodes(degree + 1, trial, |at| format!("on {}", ends(&cells[at])))?);
         }
-        cells.iter().try_for_each(|cell| self.cell(shape, cell, order, weight, near, nodes))
+        cells.iter().try_for_each(|cell| match charted_rows(shape, of, cell, order)? {
+            None => self.cell(shape, cell, order, weight, near, nodes),
+            Some(rows) => {
+                self.0.open(cell.vertices.iter().copied());
+                let scale = weight.sqrt();
+                rows.into_iter().try_for_each(|(at, root, row)| {
+                    let row = row.into_iter().map(|c| c * scale).collect();
+                    self.finish(row, near, root * scale, shape, at)
+                })
+            }
+        })
     }
 
     fn cell(

@@ -6,7 +6,7 @@ use loftsman_area_volume::{surface_area, volume, volume_of};
 use loftsman_fairing::{Fair, bend};
 use loftsman_kernel::edit::{Ask, Edit, Metric};
 use loftsman_kernel::functional::{Functional, Shapes, normal, position, symmetry};
-use loftsman_kernel::shape::{Derivative, Location, Shape};
+use loftsman_kernel::shape::{Chart, Derivative, Location, Shape, cells_of};
 use loftsman_kernel::space::Space;
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Point, Vector};
@@ -157,16 +157,22 @@ fn fair_interpolation() {
     assert!(off < 1e-8, "{off:e}");
 }
 
-/// `∫∫ |S_uu|² + 2 |S_uv|² + |S_vv|²` over all faces but the quadrants of the eighth level at the one extraordinary corner of each, as a matrix.
+/// `∫∫ |S_xx|² + 2 |S_xy|² + |S_yy|²` over all faces but the quadrants of the eighth level at the one extraordinary corner of each, as a matrix, by
+/// 64 Gauss points in each quadrant; the derivatives are those that solve the equations of the chain rule.
 fn thin_plate(surface: &SubdivisionSurface) -> Vec<Vec<f64>> {
     let n = surface.control_vertices().len();
     let mut form = vec![vec![0.0; n]; n];
     let (near, far) = ((6.0_f64 / 5.0).sqrt() * 2.0 / 7.0, 3.0 / 7.0);
     let nodes = [(far - near).sqrt(), (far + near).sqrt()];
     let weights = [(18.0 + 30.0_f64.sqrt()) / 36.0, (18.0 - 30.0_f64.sqrt()) / 36.0];
-    let gauss: Vec<(f64, f64)> =
+    let half: Vec<(f64, f64)> =
         (0..4).map(|k| (0.5 + if k < 2 { 0.5 } else { -0.5 } * nodes[k % 2], 0.5 * weights[k % 2])).collect();
+    let gauss: Vec<(f64, f64)> = [0.0, 0.5]
+        .into_iter()
+        .flat_map(|from| half.iter().map(move |(x, w)| (from + 0.5 * x, 0.5 * w)))
+        .collect();
     let topology = surface.cage().topology();
+    let cells = cells_of(surface, "a chart").unwrap();
     for face in 0..surface.faces().unwrap() as u32 {
         let corners = topology.face(surface.cage_face(face).unwrap().0);
         let odd: Vec<usize> = (0..4).filter(|&k| topology.valence(corners[k] as usize) != 4).collect();
@@ -183,11 +189,11 @@ fn thin_plate(surface: &SubdivisionSurface) -> Vec<Vec<f64>> {
                             if end == 1 { 1.0 - t } else { t }
                         };
                         let at = Location::Face(face, from(i, *x, cu), from(j, *y, cv));
-                        for (by, share) in [([2, 0], 1.0), ([1, 1], 2.0), ([0, 2], 1.0)] {
-                            let row = surface.stencil(at, Derivative::from(by)).unwrap();
-                            let weight = share * wx * wy * side * side;
-                            for (k, a) in row.iter() {
-                                row.iter().for_each(|(l, b)| form[k][l] += weight * a * b);
+                        let (rows, area) = second_derivatives(surface, at, cells.chart(at));
+                        for (row, share) in rows.iter().zip([1.0, 2.0, 1.0]) {
+                            let weight = share * wx * wy * side * side * area;
+                            for (k, a) in row {
+                                row.iter().for_each(|(l, b)| form[*k][*l] += weight * a * b);
                             }
                         }
                     }
@@ -196,6 +202,37 @@ fn thin_plate(surface: &SubdivisionSurface) -> Vec<Vec<f64>> {
         }
     }
     form
+}
+
+/// Rows of `f_xx`, `f_xy` and `f_yy`, and the area of the coordinates for that of the parameters; of these where there is no chart.
+fn second_derivatives(
+    surface: &SubdivisionSurface,
+    at: Location,
+    chart: Option<Chart>,
+) -> ([Vec<(usize, f64)>; 3], f64) {
+    let of = |by: [usize; 2]| surface.stencil(at, Derivative::from(by)).unwrap();
+    let given = [of([1, 0]), of([0, 1]), of([2, 0]), of([1, 1]), of([0, 2])];
+    let Some(Chart { first: [[a, b], [c, d]], second: [p, q, r] }) = chart else {
+        return ([2, 3, 4].map(|k| given[k].iter().collect()), 1.0);
+    };
+    // f_u, f_v, f_uu, f_uv and f_vv of f_x, f_y, f_xx, f_xy and f_yy; one column after another is solved for what a unit of each makes.
+    let rule = [
+        [a, b, 0.0, 0.0, 0.0],
+        [c, d, 0.0, 0.0, 0.0],
+        [p[0], p[1], a * a, 2.0 * a * b, b * b],
+        [q[0], q[1], a * c, a * d + b * c, b * d],
+        [r[0], r[1], c * c, 2.0 * c * d, d * d],
+    ];
+    let mut rows = [Vec::new(), Vec::new(), Vec::new()];
+    for (unit, stencil) in given.iter().enumerate() {
+        let side = |k: usize| if k == unit { 1.0 } else { 0.0 };
+        let system = (0..5).map(|k| rule[k].iter().copied().chain([side(k), 0.0, 0.0]).collect()).collect();
+        let share = solved(system);
+        for (k, row) in rows.iter_mut().enumerate() {
+            row.extend(stencil.iter().map(|(v, x)| (v, share[2 + k].x * x)));
+        }
+    }
+    (rows, (a * d - b * c).abs())
 }
 
 /// The solution of a square system with three right-hand sides behind it, by elimination with the largest pivot of each column.

@@ -12,6 +12,7 @@ mod intervals;
 mod joins;
 mod kind;
 mod limits;
+mod natural;
 mod operation;
 mod patches;
 mod polygons;

@@ -1,9 +1,12 @@
 //! The bicubic pieces of a surface.
 
-use loftsman_kernel::shape::{Cell, CellSide, Cells};
+use loftsman_kernel::shape::{Cell, CellSide, Cells, Chart, Location};
 
 use super::SubdivisionSurface;
 use super::leaf::leaf;
+use crate::INFINITELY_SHARP;
+use crate::natural::seen_from;
+use crate::topology::NONE;
 
 /// A regular face is one cell. Of another the quadrants of its levels are that are bicubic, down to the surface's
 /// [depth](SubdivisionSurface::with_depth) below the last level on which anything is sharp to a finite degree; what is left out lies
@@ -32,5 +35,41 @@ impl Cells for SubdivisionSurface {
         };
         let sides = [side(quadrant.i), side(quadrant.j)].into_iter().collect();
         Some(Cell { face: Some(face as u32), sides, rational: false, vertices })
+    }
+
+    /// The characteristic map of the extraordinary vertex that is nearest, from the level on at which it is alone and nothing round it is sharp to a
+    /// finite degree. Elsewhere, at creases and on the boundary, where the eigenvectors are none of a map that is smooth, and with knot intervals
+    /// the parameters serve.
+    fn chart(&self, at: Location) -> Option<Chart> {
+        let Location::Face(face, u, v) = at else { return None };
+        let pattern = self.layout.patterns.get(*self.layout.pattern_of.get(face as usize)? as usize)?;
+        if self.cage.has_intervals() {
+            return None;
+        }
+        let reach = 0.5_f64.powi(pattern.steps().max(1) as i32);
+        let corner = (0..4).filter(|&k| pattern.corners[k].extraordinary).find(|&k| {
+            let [a, b] = seen_from(k, [u, v]);
+            a.max(b) <= reach
+        })?;
+        self.layout.naturals.chart(self.edges_at(face as usize, corner)?, corner, [u, v], reach)
+    }
+}
+
+impl SubdivisionSurface {
+    /// The number of edges of the vertex at a corner of a face where the surface is smooth round it, whatever is sharp to a finite degree.
+    fn edges_at(&self, face: usize, corner: usize) -> Option<usize> {
+        let topology = self.cage.topology();
+        let [of, part] = *self.layout.faces.get(face)?;
+        let corners = topology.face(of as usize);
+        let vertex = match (part, corner) {
+            (NONE, _) => *corners.get(corner)? as usize,
+            (part, 0) => *corners.get(part as usize)? as usize,
+            _ => return Some(corners.len()),
+        };
+        let sharp = |e: u32| self.cage.sharpness(e as usize) >= INFINITELY_SHARP;
+        let is_smooth = !topology.is_boundary_vertex(vertex)
+            && self.cage.vertex_sharpness(vertex) < INFINITELY_SHARP
+            && !topology.vertex_edges(vertex).any(sharp);
+        is_smooth.then(|| topology.around(vertex).count())
     }
 }

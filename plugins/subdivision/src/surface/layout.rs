@@ -8,6 +8,7 @@ use super::pattern::{Pattern, Quadrant};
 use super::template::Templates;
 use crate::cage::Cage;
 use crate::error::{Result, SubdivisionError};
+use crate::natural::{Natural, Naturals};
 use crate::topology::NONE;
 
 /// Faces that are kept: a few side by side, and those of several threads.
@@ -33,6 +34,8 @@ pub(super) struct Layout {
     pub(super) edges: Vec<(u32, u8)>,
     /// What faces with the same surroundings have in common.
     pub(super) templates: Templates,
+    /// The coordinates in which the surface is smooth at extraordinary vertices.
+    pub(super) naturals: Naturals,
     /// The faces that were asked for last, each in the place of its number.
     last: [Mutex<Option<Last>>; LAST],
 }
@@ -91,7 +94,20 @@ impl Layout {
             cells.push(count);
         }
         let (templates, last) = (Templates::default(), std::array::from_fn(|_| Mutex::new(None)));
-        Ok(Self { faces, first, pattern_of, patterns, quadrants, left, cells, edges, templates, last })
+        let naturals = Naturals::new(Natural::catmull_clark);
+        Ok(Self {
+            faces,
+            first,
+            pattern_of,
+            patterns,
+            quadrants,
+            left,
+            cells,
+            edges,
+            templates,
+            naturals,
+            last,
+        })
     }
 
     /// Where a face is kept that was asked for last, unless another has come to its place.

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use loftsman_kernel::Point;
 use loftsman_kernel::error::Error;
 use loftsman_kernel::shape::{
-    Cell, CellSide, Cells, Derivative, Domain, Edges, Interval, Location, Neighbours, Shape, Stencil,
+    Cell, CellSide, Cells, Chart, Derivative, Domain, Edges, Interval, Location, Neighbours, Shape, Stencil,
 };
 use smallvec::SmallVec;
 
@@ -19,6 +19,7 @@ use super::limit::check_same;
 use super::refine::stencil;
 use crate::cage::{Cage, present};
 use crate::error::{Result, SubdivisionError};
+use crate::natural::{Natural, Naturals, seen_from};
 use crate::surface::pattern::{Corner, Pattern, Quadrant};
 use crate::surface::refused;
 use crate::topology::NONE;
@@ -48,10 +49,10 @@ const MOST: usize = 2048;
 /// vertex that has not four edges, and within 2⁻⁴⁰ of these, it is the limit position; first derivatives there are tangents whose
 /// lengths say nothing, and higher ones do not exist. `Location::Vertex(vertex)` is the limit of a vertex inside the cage.
 ///
-/// *Energies.* The neighbourhood of an extraordinary point halves from level to level. So a level adds a quarter of what the one before did
-/// to areas and to the energy of first derivatives; but second derivatives by `u` and `v` grow as fast as it shrinks (the surface is smooth,
-/// the parameters are not), so that to theirs each level adds as much as the one before: it is finite where all is regular, and grows with
-/// the [depth](Self::with_depth) elsewhere.
+/// *Energies.* The neighbourhood of an extraordinary point halves from level to level, so that a level adds a quarter of what the one
+/// before did to areas. Second derivatives by `u` and `v` grow as fast as it shrinks: the surface is smooth, the parameters are not. So stretch and bend are
+/// taken by the coordinates of the characteristic map ([`Cells::chart`]), in which a level adds a quarter to these, too, of what the one before
+/// did, or little more.
 ///
 /// *Cost.* Making one is linear in the cage; a row costs what is near, and in an irregular face that for each level.
 #[derive(Debug, Clone)]
@@ -74,6 +75,8 @@ struct Layout {
     quadrants: [Vec<Quadrant>; 4],
     /// Face and side of each edge of the boundary.
     edges: Vec<(u32, u8)>,
+    /// The coordinates in which the surface is smooth at extraordinary points.
+    naturals: Naturals,
 }
 
 /// The place of a corner's kind among the four.
@@ -126,7 +129,8 @@ impl Layout {
                 }
             }
         }
-        Ok(Self { corners, faces, cells, quadrants, edges })
+        let naturals = Naturals::new(Natural::doo_sabin);
+        Ok(Self { corners, faces, cells, quadrants, edges, naturals })
     }
 }
 
@@ -447,5 +451,19 @@ impl Cells for DooSabinSurface {
         };
         let sides = [side(quadrant.i), side(quadrant.j)].into_iter().collect();
         Some(Cell { face: Some(face as u32), sides, rational: false, vertices })
+    }
+
+    /// The characteristic map of the extraordinary point that is nearest: of the middle of a face that is no quad, or the limit of a vertex that has not
+    /// four edges.
+    fn chart(&self, at: Location) -> Option<Chart> {
+        let Location::Face(face, u, v) = at else { return None };
+        let half = *self.layout.corners.get(face as usize)?;
+        let topology = self.cage.topology();
+        let corner = [0, 2].into_iter().find(|&k| seen_from(k, [u, v]).into_iter().all(|x| x <= 0.5))?;
+        let n = match corner {
+            0 => topology.face_corners(topology.face_of(half) as usize).len(),
+            _ => topology.around(topology.origin(half) as usize).count(),
+        };
+        if n == 4 { None } else { self.layout.naturals.chart(n, corner, [u, v], 0.5) }
     }
 }
