@@ -171,7 +171,9 @@ fn change(
 fn deviation(before: &Geometry, after: &Geometry) -> Option<f64> {
     match (before, after) {
         (Geometry::Curve(before), Geometry::Curve(after)) => {
-            let whole = before.space().domain() == after.space().domain();
+            // One that is begun elsewhere is whole, too.
+            let [old, new] = [before, after].map(|curve| curve.space().length());
+            let whole = (old - new).abs() <= 1e-12 * old;
             both(before, after, whole, of_curves)
         }
         (Geometry::Surface(before), Geometry::Surface(after)) => between(before, after),

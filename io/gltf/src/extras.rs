@@ -1,5 +1,5 @@
 //! What our reader wants and glTF has no place for: the exact spline or plug-in's shape, the exact transform, and the unit and
-//! axes of both, the layer; and of the whole, the unit, the up axis and the layers.
+//! axes of both, the layer, and that there were lines or points; and of the whole, the unit, the up axis and the layers.
 //!
 //! It stands in `extras.loftsman` of a node, as a text of JSON (because Blender cannot take lists of lists as custom
 //! properties), and is taken only where it still belongs to the node: the spline where the node's mesh has the vertices
@@ -39,6 +39,10 @@ pub(crate) struct ExtrasFields {
     /// The fingerprint of the vertices that show the spline.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) shown_by: Option<String>,
+    /// That the node's mesh has no triangles, and is `"lines"` or `"points"`: Blender leaves such out unless it is told otherwise, and the node is
+    /// all that comes back.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) loose: Option<Loose>,
     /// Frames of the spline, in its unit and axes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) animation: Option<AnimationFields>,
@@ -65,6 +69,14 @@ pub(crate) struct ExtrasFields {
     /// The colour of what has no mesh, whose material would show it, or has another material.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) color: Option<[f64; 4]>,
+}
+
+/// What a mesh without triangles is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Loose {
+    Lines,
+    Points,
 }
 
 /// A layer in `asset.extras.loftsman`; fields as in the native document.

@@ -5,7 +5,7 @@
 use loftsman_gltf::Gltf;
 use loftsman_kernel::Point;
 use loftsman_kernel::material::{Channel, Image, ImageData, Material, Texture};
-use loftsman_kernel::mesh::{Layer, Mesh};
+use loftsman_kernel::mesh::{Cloud, Layer, Mesh, Polyline};
 use loftsman_kernel::plugin::{Format, Memory, ReadOptions, ReadReport, WriteOptions};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 use serde_json::{Value, json};
@@ -284,4 +284,57 @@ fn placements_of_every_file_keep_their_numbers() {
         }
     }
     assert!(compared >= 3, "{compared}");
+}
+
+/// Lines and points of ours that another program passed on as nodes alone, as Blender exports them unless told otherwise, are said by name, and with what helps;
+/// groups that were groups are not.
+#[test]
+fn lines_and_points_that_were_left_behind_are_said() {
+    let points = |count: usize| (0..count).map(|k| Point::new(k as f64, 1.0, 0.0)).collect::<Vec<_>>();
+    let mut scene = Scene::new();
+    let mut add = |name: &str, geometry: Geometry| scene.add(Object::new(name, geometry)).unwrap();
+    add("rig", Geometry::Group);
+    add("pl", Polyline { points: points(3), closed: false }.into());
+    add("dots", Cloud { points: points(5) }.into());
+    add(
+        "sail",
+        Mesh::new(
+            [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| Point::new(x, y, 0.0)).to_vec(),
+            &[[0, 1, 2]],
+        )
+        .unwrap()
+        .into(),
+    );
+    let file = write(&scene);
+    let (whole, report) = read(&file);
+    assert!(!report.notes.iter().any(|note| note.contains("empty groups")), "{report:?}");
+    assert_eq!(whole.object("dots").unwrap().geometry(), scene.object("dots").unwrap().geometry());
+    let without = |names: &[&str]| {
+        let mut document = json_of(&file);
+        for node in document["nodes"].as_array_mut().unwrap() {
+            if names.contains(&node["name"].as_str().unwrap()) {
+                node.as_object_mut().unwrap().remove("mesh");
+            }
+        }
+        let mut passed = Memory::new("passed.gltf", document.to_string());
+        passed.siblings.clone_from(&file.siblings);
+        let (scene, report) = read(&passed);
+        for name in names {
+            assert!(matches!(scene.object(name).unwrap().geometry(), Geometry::Group));
+        }
+        report.notes.into_iter().filter(|note| note.contains("empty groups")).collect::<Vec<_>>()
+    };
+    for (names, said) in [
+        (&["pl", "dots"][..], "\"Loose Edges\" and \"Loose Points\" under Data > Mesh"),
+        (&["pl"][..], "tick \"Loose Edges\" under"),
+        (&["dots"][..], "tick \"Loose Points\" under"),
+    ] {
+        let [note] = &without(names)[..] else { panic!("{names:?}") };
+        assert!(note.contains(said), "{note}");
+        for name in ["rig", "pl", "dots", "sail"] {
+            assert_eq!(note.contains(&format!("\"{name}\"")), names.contains(&name), "{note}");
+        }
+    }
+    // A mesh that is gone was taken away: nobody leaves faces behind.
+    assert!(without(&["sail"]).is_empty());
 }

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use loftsman_gltf::Gltf;
-use loftsman_kernel::mesh::Mesh;
+use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
 use loftsman_kernel::placement::transform_point;
 use loftsman_kernel::plugin::{Format, Memory, ReadOptions, WriteOptions};
 use loftsman_kernel::scene::{Animation, Definition, Geometry, Object, Scene, Unit, Up};
@@ -210,4 +210,42 @@ fn definitions_become_nodes_that_share_their_meshes() {
     let map = back.world_transforms().unwrap()[at].unwrap();
     assert_eq!(transform_point(&map, &Point::new(1.0, 0.0, 0.0)), Point::new(0.0, 2.0, 0.0));
     assert!(is_shared(&back, "pair 0/left/head", "pair 2/right/head"));
+}
+
+/// A surface shown with and without a colour is two meshes of the same vertices in the file; read again it is one shape, and the file is as long as it was.
+#[test]
+fn an_exact_shape_in_two_colours_stays_shared() {
+    let ring = Curve::circle(Point::new(2.0, 0.0, 0.0), Vector::y(), 1.0).unwrap();
+    let pipe = loftsman_kernel::spline::Surface::extrusion(&ring, Vector::new(0.0, 3.0, 0.0)).unwrap();
+    let line = Curve::bezier(vec![Point::origin(), Point::new(1.0, 2.0, 0.0), Point::new(3.0, 0.0, 1.0)]);
+    let points = vec![Point::origin(), Point::new(1.0, 2.0, 0.0), Point::new(3.0, 0.0, 1.0)];
+    let chain = Polyline { points: points.clone(), closed: false };
+    // Lines without a material that others have, and the other way round.
+    for geometry in
+        [Geometry::from(pipe), Geometry::from(line.unwrap()), chain.into(), Cloud { points }.into()]
+    {
+        let mut scene = row(&Object::new("", geometry.clone()), 4);
+        scene.object_mut("bolt.001").unwrap().color = Some([1.0, 0.0, 0.0, 1.0]);
+        scene.object_mut("bolt.003").unwrap().color = Some([0.0, 0.0, 1.0, 1.0]);
+        let (file, json) = write(&scene);
+        let back = read(&file);
+        for object in scene.objects() {
+            assert_eq!(back.object(object.name()).unwrap().color, object.color, "{}", object.name());
+        }
+        for name in ["bolt.001", "bolt.002", "bolt.003"] {
+            assert!(is_shared(&back, "bolt", name), "{name}");
+            assert_eq!(back.object(name).unwrap().geometry(), &geometry, "{name}");
+        }
+        let (again, second) = write(&back);
+        for list in ["meshes", "accessors"] {
+            assert_eq!(length(&json, list), length(&second, list), "{list}");
+        }
+        assert_eq!((file.bytes.len(), file.siblings.len()), (again.bytes.len(), again.siblings.len()));
+        // What only looks alike is not the same.
+        let mut other = scene.clone();
+        let Geometry::Curve(curve) = &geometry else { continue };
+        other.object_mut("bolt.001").unwrap().set_geometry(curve.elevate(1).unwrap());
+        let back = read(&write(&other).0);
+        assert!(!is_shared(&back, "bolt", "bolt.001") && is_shared(&back, "bolt", "bolt.002"));
+    }
 }

@@ -416,3 +416,20 @@ fn what_obj_cannot_say_of_layers_and_units_is_said() {
     assert!(String::from_utf8_lossy(&file.bytes).starts_with("# Loftsman; unit mm"));
     assert!(report.losses.iter().any(|note| note.contains("in mm, as asked for")), "{:?}", report.losses);
 }
+
+/// What was written of nothing but groups, which OBJ does not have, is read as the empty scene that it is; nothing at all is no file still.
+#[test]
+fn a_file_of_groups_alone_is_read_again() {
+    let mut scene = one("rig", Geometry::Group);
+    for (unit, up) in [(Unit::Millimetre, Up::Z), (Unit::Unknown, Up::Y)] {
+        (scene.unit, scene.up) = (unit, up);
+        let (file, report) = write(&scene, &keep());
+        assert_eq!(report.objects[0].fate, Fate::LeftOut);
+        let back = read(&file);
+        assert_eq!((back.objects().len(), back.unit, back.up), (0, unit, up));
+    }
+    for bytes in ["", "\n", "# a comment\n", "# Loftsman\n"] {
+        let refused = Obj.read(&Memory::new("part.obj", bytes), &ReadOptions::default()).unwrap_err();
+        assert!(refused.to_string().contains("no statement of an OBJ file"), "{refused}");
+    }
+}

@@ -102,10 +102,15 @@ impl fmt::Display for Smoothness {
             (0, _) => write!(f, "kept together at {edges}")?,
             _ => write!(f, "kept smooth at {knots} and together at {edges}")?,
         }
-        write!(f, " ({}", counted(self.equations, "equation"))?;
-        match self.redundant {
-            0 => f.write_str(")"),
-            redundant => write!(f, ", {redundant} of which say again what the others say)"),
+        let equations = counted(self.equations, "equation");
+        match (self.redundant, self.equations) {
+            (0, _) => write!(f, " ({equations})"),
+            (1, 1) => write!(f, " (1 equation, which follows from the others)"),
+            (redundant, all) if redundant == all => {
+                write!(f, " ({equations}, all of which follow from the others)")
+            }
+            (1, _) => write!(f, " ({equations}, 1 of which follows from the others)"),
+            (redundant, _) => write!(f, " ({equations}, {redundant} of which follow from the others)"),
         }
     }
 }

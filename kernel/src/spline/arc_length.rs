@@ -188,7 +188,8 @@ impl ArcLength {
         let steps = if both_ends { count.saturating_sub(1) } else { count };
         if count < 2 {
             return Err(Error::Invalid(format!(
-                "{count} places are not spread along a curve: ask for 2 at least"
+                "{count} {} too few to be spread along a curve: ask for 2 at least",
+                if count == 1 { "place is" } else { "places are" }
             )));
         }
         let Length { value, error, .. } = self.length;

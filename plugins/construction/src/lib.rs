@@ -34,7 +34,7 @@ pub use offset::{Corners, Offset, OffsetOf, OffsetOptions, offset};
 pub use primitives::{Arc, Circle, Ellipse, Line, PolylineOf, arc_through};
 pub use revolve::Revolve;
 pub use sample::{Sample, Sampled, Spread, spread};
-pub use sweep::{Sweep, Swept, Turning, sweep};
+pub use sweep::{Mitre, Sweep, Swept, Turning, sweep};
 pub use symmetrize::{Half, Mirror, Symmetric, Symmetrize, symmetrize, symmetrize_surface};
 
 /// Registers the operations.

@@ -72,8 +72,10 @@ pub fn spread(curve: &Curve, spread: Spread) -> Result<Sampled> {
     }
     let count = if matches!(spread, Spread::Spacing(_)) { count.max(2) } else { count };
     if count < 2 {
-        let found = if count == 1 { "one point is" } else { "no points are" };
-        return Err(Error::Invalid(format!("{found} not spread along a curve: ask for 2 at least")));
+        return Err(Error::Invalid(format!(
+            "{count} {} too few to be spread along a curve: ask for 2 at least",
+            if count == 1 { "point is" } else { "points are" }
+        )));
     }
     let parameters = table.evenly(count, !closed)?;
     let mut points = vec![Point::origin(); count];

@@ -1,5 +1,8 @@
 //! `symmetrize`: shapes made exactly symmetric about a plane.
 
+mod circle;
+mod start;
+
 use loftsman_kernel::error::{Error, Result};
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
@@ -40,7 +43,7 @@ pub enum Half {
 pub struct Symmetric<T> {
     /// The shape: for parameters that mirror one another the points do so, too.
     pub shape: T,
-    /// The furthest that a control vertex has moved, once knots were inserted so that they are symmetric; none where a half is new.
+    /// The furthest that a control vertex has moved, once knots were inserted so that they are symmetric, and of a circle its centre; none where a half is new.
     pub moved: Option<f64>,
 }
 
@@ -67,7 +70,9 @@ impl Mirror {
 }
 
 /// A curve made symmetric about a plane: with `Half::Both` the mean of the curve and its mirror image run backwards, else one half and its
-/// mirror image; a curve that begins or ends in the plane is a half by itself. A closed curve is begun where it crosses the plane first; with both halves, at the crossing from which it changes least.
+/// mirror image; a curve that begins or ends in the plane is a half by itself. To keep a half a closed curve is begun where it crosses the plane first. With both halves it is
+/// begun where its mirror image, run backwards from there, comes nearest to it (least squares over its parameter), and that place comes to lie in the plane; a circle
+/// in a plane across the mirror is moved, stays a circle, and begins in the mirror.
 ///
 /// The mean of vertices `P` with weights `w` and mirrored ones `Q` with `ω`, both over knots that are symmetric, is
 /// `(w P + ω Q) / (w + ω)` with weights `(w + ω) / 2`. `O(n p)`.
@@ -95,16 +100,15 @@ pub fn symmetrize(curve: &Curve, mirror: &Mirror, half: Half) -> Result<Symmetri
         if !closed {
             return mean(curve, mirror);
         }
-        let mut best: Option<Symmetric<Curve>> = None;
-        for at in crossings(curve, mirror)? {
-            let found = mean(&curve.started_at(at)?, mirror)?;
-            if best.as_ref().is_none_or(|b| found.moved < b.moved) {
-                best = Some(found);
-            }
+        if crossings(curve, mirror)?.is_empty() {
+            return Err(Error::Invalid(
+                "the closed curve does not cross the plane: move the plane, or the curve".into(),
+            ));
         }
-        return best.ok_or_else(|| {
-            Error::Invalid("the closed curve does not cross the plane: move the plane, or the curve".into())
-        });
+        if let Some(round) = circle::moved(curve, mirror)? {
+            return Ok(round);
+        }
+        return mean(&curve.started_at(start::best(curve, mirror)?)?, mirror);
     }
     let side = if half == Half::Front { 1.0 } else { -1.0 };
     let mut cuts = crossings(curve, mirror)?;
@@ -511,7 +515,7 @@ impl Operation for Symmetrize {
         ];
         Declaration {
             name: "symmetrize",
-            help: "make a curve or surface exactly symmetric about a plane, by the least change or from one half; reports how far vertices moved",
+            help: "make a curve or surface exactly symmetric about a plane, by the least change or from one half; reports how far it moved",
             fields: FIELDS,
         }
     }
@@ -554,7 +558,7 @@ impl Operation for Symmetrize {
             Some(moved) => {
                 let largest = scene.object(&source)?.geometry().points().iter().map(|p| p.coords.amax());
                 let moved = without_rounding(moved, largest.fold(0.0, f64::max));
-                format!("control vertices moved by {} at most", scene.unit.quantity(moved, 1))
+                format!("moved by {} at most", scene.unit.quantity(moved, 1))
             }
             None => "one half is kept, and the other is its mirror image".into(),
         }];

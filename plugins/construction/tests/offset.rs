@@ -500,3 +500,153 @@ fn what_turns_back_is_gone_round() {
         }
     }
 }
+
+/// Two sides exactly twice the distance apart: what lies between has no width and is left out, the rest by closed forms. Lengths would tell of lines laid double.
+#[test]
+fn a_strip_of_no_width_is_left_out() {
+    // Rooms of 10 × 10 at both ends of a corridor 2 wide, in its middle, along a wall, and between corners that are not opposite; as lengths and areas of
+    // both rooms' offsets by 1, sharp and round: a wall of 8 each, and at the mouth a wedge between two arcs.
+    let dumbbell = [
+        [0.0, 0.0],
+        [10.0, 0.0],
+        [10.0, 4.0],
+        [15.0, 4.0],
+        [15.0, 0.0],
+        [25.0, 0.0],
+        [25.0, 10.0],
+        [15.0, 10.0],
+        [15.0, 6.0],
+        [10.0, 6.0],
+        [10.0, 10.0],
+        [0.0, 10.0],
+    ];
+    let flush = [
+        [0.0, 0.0],
+        [25.0, 0.0],
+        [25.0, 10.0],
+        [15.0, 10.0],
+        [15.0, 2.0],
+        [10.0, 2.0],
+        [10.0, 10.0],
+        [0.0, 10.0],
+    ];
+    let dead_end = [
+        [0.0, 0.0],
+        [10.0, 0.0],
+        [10.0, 4.0],
+        [15.0, 4.0],
+        [15.0, 6.0],
+        [10.0, 6.0],
+        [10.0, 10.0],
+        [0.0, 10.0],
+    ];
+    let quarter = PI / 4.0;
+    let (wedge, arcs) = (2.0 * (1.0 - quarter), 4.0 * quarter - 2.0);
+    let (half, arc) = (1.0 - quarter, 2.0 * quarter);
+    // (outline, rooms, area and length of a room sharp, round)
+    type Case<'a> = (&'a [[f64; 2]], usize, [f64; 2], [f64; 2]);
+    let cases: [Case<'_>; 3] = [
+        (&dumbbell, 2, [64.0, 32.0], [64.0 + wedge, 32.0 + arcs]),
+        // The wall goes on to where the corridor begins, below its corner.
+        (&flush, 2, [64.0, 32.0], [64.0 + half, 32.0 + arc]),
+        (&dead_end, 1, [64.0, 32.0], [64.0 + wedge, 32.0 + arcs]),
+    ];
+    for (outline, rooms, sharp, round) in cases {
+        for scale in [1.0, 1e-6, 1e6] {
+            for angle in [0.0, 0.4, 2.0] {
+                let (sine, cosine) = f64::sin_cos(angle);
+                let turned: Vec<[f64; 2]> = outline
+                    .iter()
+                    .map(|[x, y]| {
+                        [(x * cosine - y * sine + 3.0) * scale, (x * sine + y * cosine - 7.0) * scale]
+                    })
+                    .collect();
+                let source = polygon(&turned);
+                for (corners, wanted) in [(Corners::Sharp, sharp), (Corners::Round, round)] {
+                    let found = offset(&source, -scale, &with(corners)).unwrap();
+                    assert!(found.strips, "{corners:?} {angle}");
+                    assert_eq!(found.curves.len(), rooms, "{corners:?} {angle} {scale}: {:?}", found.curves);
+                    for curve in &found.curves {
+                        let (a, b) = curve.domain();
+                        assert!(
+                            (curve.point(a).unwrap() - curve.point(b).unwrap()).norm() < 1e-12 * 30.0 * scale
+                        );
+                        let long = curve.length(1e-9 * scale).unwrap().value / scale;
+                        let fine = places(curve, 4000);
+                        let twice: f64 = fine
+                            .windows(2)
+                            .map(|w| (w[0].coords - fine[0].coords).cross(&(w[1].coords - fine[0].coords)).z)
+                            .sum();
+                        let area = 0.5 * twice.abs() / (scale * scale);
+                        assert!(
+                            (long - wanted[1]).abs() < 1e-3,
+                            "{corners:?} {angle} {scale}: {long} {wanted:?}"
+                        );
+                        assert!(
+                            (area - wanted[0]).abs() < 1e-3,
+                            "{corners:?} {angle} {scale}: {area} {wanted:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+    // A narrower corridor and a wider one are as before: nothing of it, and a strip that has a width.
+    for (width, rooms) in [(1.99, 2), (2.01, 1), (2.0 + 1e-6, 1)] {
+        let low = 5.0 - 0.5 * width;
+        let outline = dumbbell.map(|[x, y]| {
+            [
+                x,
+                if y == 4.0 {
+                    low
+                } else if y == 6.0 {
+                    low + width
+                } else {
+                    y
+                },
+            ]
+        });
+        for corners in [Corners::Sharp, Corners::Round] {
+            let found = offset(&polygon(&outline), -1.0, &with(corners)).unwrap();
+            assert_eq!((found.curves.len(), found.strips), (rooms, false), "{width} {corners:?}");
+        }
+    }
+    // A bent corridor: arcs about one centre.
+    let arc = |radius: f64, from: f64, to: f64| {
+        let start = Point::new(radius * from.cos(), radius * from.sin(), 0.0);
+        Curve::arc(start, Point::origin(), Vector::z(), to - from).unwrap()
+    };
+    let line = |x: [f64; 2], y: [f64; 2]| {
+        Curve::line(Point::new(x[0], x[1], 0.0), Point::new(y[0], y[1], 0.0)).unwrap()
+    };
+    let parts = [
+        arc(5.0, 0.0, PI),
+        line([-5.0, 0.0], [-9.0, 0.0]),
+        line([-9.0, 0.0], [-9.0, -8.0]),
+        line([-9.0, -8.0], [-1.0, -8.0]),
+        line([-1.0, -8.0], [-1.0, 0.0]),
+        line([-1.0, 0.0], [-3.0, 0.0]),
+        arc(3.0, PI, 0.0),
+        line([3.0, 0.0], [5.0, 0.0]),
+    ];
+    let mut outline = parts[0].clone();
+    for part in &parts[1..] {
+        outline = outline.join(part, 1e-9).unwrap().shape;
+    }
+    for (corners, area, long) in [(Corners::Sharp, 36.0, 24.0), (Corners::Round, 36.0 + wedge, 24.0 + arcs)] {
+        let found = offset(&outline, -1.0, &with(corners)).unwrap();
+        assert!(found.strips && found.curves.len() == 1, "{corners:?}: {:?}", found.curves);
+        let curve = &found.curves[0];
+        let fine = places(curve, 4000);
+        let twice: f64 = fine.windows(2).map(|w| w[0].coords.cross(&w[1].coords).z).sum();
+        let told = (0.5 * twice.abs(), curve.length(1e-9).unwrap().value);
+        // The corridor begins curved: arcs about its corners meet there with its middle's bend between them.
+        assert!((told.0 - area).abs() < 0.02 && (told.1 - long).abs() < 0.02, "{corners:?}: {told:?}");
+    }
+    // Nothing else is left of what is twice as wide all along.
+    let plank = polygon(&[[0.0, 0.0], [7.0, 0.0], [7.0, 2.0], [0.0, 2.0]]);
+    for corners in [Corners::Sharp, Corners::Round, Corners::Open] {
+        let said = offset(&plank, -1.0, &with(corners)).unwrap_err().to_string();
+        assert!(said.contains("a strip of no width") && said.contains("give a smaller distance"), "{said}");
+    }
+}

@@ -1,5 +1,5 @@
 //! What the operations say of wrong fields: the scene stays as it was, and the message says what is wrong.
-#![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should panic")]
 
 use loftsman_construction::Construction;
 use loftsman_kernel::mesh::{Cloud, Polyline};
@@ -184,7 +184,7 @@ fn reports_say_what_was_measured() {
         run(&mut scene, "sweep", json!({ "object": "ring", "path": "torn", "frame": "parallel" })).unwrap();
     assert!(shifted.notes.contains(&"exact".to_owned()), "{shifted:?}");
     let even = run(&mut scene, "symmetrize", json!({ "object": "bent" })).unwrap();
-    assert!(even.notes[0].starts_with("control vertices moved by 1 m at most"), "{even:?}");
+    assert!(even.notes[0].starts_with("moved by 1 m at most"), "{even:?}");
     // The mean of what is on one side of the plane lies in that: said, with what keeps it.
     assert!(
         even.notes[1].contains("one side of the plane") && even.notes[1].contains("half = \"front\""),
@@ -197,4 +197,30 @@ fn reports_say_what_was_measured() {
     let parts =
         run(&mut scene, "offset", json!({ "object": "torn", "distance": 0.1, "name": "part" })).unwrap();
     assert!(scene.get("part").is_some() && scene.get("part.001").is_some(), "{parts:?}");
+}
+
+/// A mitre that reaches far is warned of, with place and figures.
+#[test]
+fn a_spike_of_a_sweep_is_warned_of() {
+    let mut scene = scene();
+    let p = Point::new;
+    for (name, degrees) in [("blunt", 90.0_f64), ("sharp", 172.0)] {
+        let turn = degrees.to_radians();
+        let points = vec![p(-9.0, 0.0, 0.0), p(0.0, 0.0, 0.0), p(9.0 * turn.cos(), 9.0 * turn.sin(), 0.0)];
+        let path = Curve::new(Space::clamped(1, &[0.0, 1.0, 2.0]).unwrap(), points).unwrap();
+        scene.add(Object::new(name, path.into())).unwrap();
+    }
+    let hoop = Curve::circle(p(-9.0, 0.0, 0.0), Vector::x(), 0.1).unwrap();
+    scene.add(Object::new("hoop", hoop.into())).unwrap();
+    let blunt = run(&mut scene, "sweep", json!({ "object": "hoop", "path": "blunt" })).unwrap();
+    assert!(blunt.warnings.is_empty(), "{blunt:?}");
+    assert!((blunt.numbers["mitre"].as_f64().unwrap() - 0.1 * f64::sqrt(2.0)).abs() < 1e-9, "{blunt:?}");
+    let sharp = run(&mut scene, "sweep", json!({ "object": "hoop", "path": "sharp" })).unwrap();
+    let [said] = &sharp.warnings[..] else { panic!("{sharp:?}") };
+    assert!(
+        said.contains("turns by 172 degrees, at 1 of it")
+            && said.contains("reaches 1.434 m from it, 14 times as far"),
+        "{said}"
+    );
+    assert!(said.contains("split the path"), "{said}");
 }

@@ -411,3 +411,32 @@ fn square_at_end(path: &Curve, scale: f64) -> Curve {
     let points = points.iter().map(|p| end + (side * p[0] + Vector::y() * p[1]) * scale).collect();
     Curve::new(Space::clamped_uniform(1, 5).unwrap(), points).unwrap()
 }
+
+/// How far a mitre reaches, by closed forms: that of a round pipe `1 / cos(turn / 2)` radii, and of a profile beside the path as much of how far it is.
+#[test]
+fn mitres_that_reach_far_are_told() {
+    for scale in [1e-3, 1.0, 1e4] {
+        for (degrees, spikes) in [(60.0_f64, 0), (119.0, 0), (121.0, 1), (150.0, 1), (172.0, 1)] {
+            let turn = degrees.to_radians();
+            let at = |x: f64, y: f64| Point::new(x, y, 0.0) * scale;
+            let points = vec![at(-20.0, 0.0), at(0.0, 0.0), at(20.0 * turn.cos(), 20.0 * turn.sin())];
+            let path = Curve::new(Space::clamped(1, &[0.0, 1.0, 2.0]).unwrap(), points).unwrap();
+            let ring = Curve::circle(at(-20.0, 0.0), Vector::x(), 0.25 * scale).unwrap();
+            let back = ring.reverse().unwrap();
+            for profile in [ring, back] {
+                let swept = sweep(&profile, &path, Turning::Least, None).unwrap();
+                let mitre = swept.mitre.unwrap();
+                assert!((mitre.turn - turn).abs() < 1e-9 && mitre.at == 1.0, "{mitre:?}");
+                let times = mitre.reach / mitre.profile;
+                // All places are seen, the ones in the path's plane among them.
+                assert!((times * (0.5 * turn).cos() - 1.0).abs() < 1e-9, "{degrees}: {times}");
+                assert!((mitre.profile - 0.25 * scale).abs() < 1e-12 * scale, "{mitre:?}");
+                assert_eq!((swept.spikes, swept.corners), (spikes, 1), "{degrees}");
+            }
+        }
+    }
+    let straight = Curve::line(Point::origin(), Point::new(3.0, 0.0, 0.0)).unwrap();
+    let ring = Curve::circle(Point::origin(), Vector::x(), 1.0).unwrap();
+    let swept = sweep(&ring, &straight, Turning::Least, None).unwrap();
+    assert_eq!((swept.mitre, swept.spikes), (None, 0));
+}

@@ -308,3 +308,83 @@ fn a_half_that_begins_in_the_plane_is_kept_as_it_is() {
         }
     }
 }
+
+/// A circle whose centre is off the plane stays a circle of its radius, about the foot of its centre, with its own vertices; so does one that was begun
+/// elsewhere, turned or weighted otherwise.
+#[test]
+fn a_circle_stays_a_circle() {
+    let distance = |curve: &Curve, center: Point, normal: Vector, radius: f64| {
+        let (a, b) = curve.domain();
+        let at = |k: i32| curve.point((a + (b - a) * f64::from(k) / 97.0).min(b)).unwrap() - center;
+        (0..=97).map(|k| (at(k).norm() - radius).abs().max(at(k).dot(&normal).abs())).fold(0.0, f64::max)
+    };
+    for size in [1e-6, 1.0, 1e6] {
+        let center = Point::new(size, 0.4 * size, 0.0);
+        for angle in [0.0, 0.3, 1.0, 2.5] {
+            let across = Vector::new(f64::cos(angle), f64::sin(angle), 0.0);
+            let plane = Mirror::new(Point::origin(), across * 7.0).unwrap();
+            let foot = center - across * center.coords.dot(&across);
+            let circle = Curve::circle(center, Vector::z(), 5.0 * size).unwrap();
+            let ring = circle.to_periodic(0.0).unwrap().shape;
+            for (curve, same) in [
+                (circle.clone(), true),
+                (circle.reverse().unwrap(), true),
+                (circle.started_at(circle.domain().1 / 4.0).unwrap(), true),
+                (ring, true),
+                (circle.elevate(3).unwrap(), true),
+                // Begun within a quarter its knots are not symmetric: it gets those of a circle.
+                (circle.started_at(0.7).unwrap(), false),
+                (circle.elevate(1).unwrap().insert_knots(&[0.4, 0.4, 1.9]).unwrap(), false),
+            ] {
+                let even = symmetrize(&curve, &plane, Half::Both).unwrap();
+                let off = distance(&even.shape, foot, Vector::z(), 5.0 * size);
+                let moved = even.moved.unwrap();
+                assert!(off < 1e-12 * size, "{size} {angle}: {off}");
+                assert!((moved - (center - foot).norm()).abs() < 1e-12 * size, "{moved}");
+                assert_eq!(even.shape.degree(), curve.degree());
+                let (before, after) = (even.shape.domain(), curve.domain());
+                assert!((before.1 - before.0 - (after.1 - after.0)).abs() < 1e-12);
+                if same {
+                    assert_eq!(even.shape.points().len(), curve.points().len(), "{size} {angle}");
+                }
+                let (a, b) = even.shape.domain();
+                for k in 0..=40 {
+                    let u = (a + (b - a) * f64::from(k) / 40.0).min(b);
+                    let (p, q) =
+                        (even.shape.point(u).unwrap(), even.shape.point((b - (u - a)).max(a)).unwrap());
+                    assert!((p - across * (2.0 * p.coords.dot(&across)) - q).norm() < 1e-13 * 50.0 * size);
+                }
+                let again = symmetrize(&even.shape, &plane, Half::Both).unwrap();
+                assert!(again.moved.unwrap() < 1e-12 * size, "{:?}", again.moved);
+            }
+        }
+    }
+}
+
+/// A closed curve that is symmetric but for where it lies and begins comes back as it was, moved: by the start that fits, which is no crossing of the plane.
+#[test]
+fn a_closed_curve_begins_where_its_image_fits() {
+    let plane = Mirror::new(Point::origin(), Vector::x()).unwrap();
+    for (degree, count) in [(1, 12), (2, 9), (3, 14), (5, 16)] {
+        // An egg, symmetric about x = 0.8.
+        let at = |i: usize| {
+            let a = TAU * i as f64 / count as f64;
+            Point::new(0.8 + (2.0 + 0.5 * a.cos()) * a.sin(), 3.0 * a.cos(), 0.2 * (2.0 * a).cos())
+        };
+        let space = Space::periodic_uniform(degree, count).unwrap();
+        let egg = Curve::new(space, (0..count).map(at).collect()).unwrap();
+        let (a, b) = egg.domain();
+        for share in [0.0, 1.0 / 3.0, 0.41, 0.77] {
+            for curve in [egg.started_at(a + (b - a) * share).unwrap(), egg.to_clamped().unwrap()] {
+                let even = symmetrize(&curve, &plane, Half::Both).unwrap();
+                assert!((even.moved.unwrap() - 0.8).abs() < 1e-9, "{degree} {share}: {:?}", even.moved);
+                let (c, d) = even.shape.domain();
+                for k in 0..50 {
+                    let p = even.shape.point(c + (d - c) * f64::from(k) / 50.0).unwrap();
+                    let off = egg.closest(p + Vector::x() * 0.8).unwrap().distance;
+                    assert!(off < 1e-9, "{degree} {share}: {off}");
+                }
+            }
+        }
+    }
+}

@@ -43,6 +43,8 @@ const FALL: f64 = 9.81;
 const MOST_STEPS: f64 = 5e4;
 /// What ends stretched to more than so many times its length was pulled by mistake.
 const TORN: f64 = 1e3;
+/// A rise of energy of no more than so many percent is rounding.
+const NO_RISE: f64 = 1e-10;
 /// More frames than this are a mistake.
 const MOST_FRAMES: f64 = 1e6;
 
@@ -149,6 +151,8 @@ impl Operation for Simulate {
             let rise = 100.0 * audit.rise();
             report.notes.push(if audit.is_noise() {
                 "nothing was put in, and nothing moves or is stretched but by rounding".into()
+            } else if rise <= NO_RISE {
+                "nothing was put in, and energy never rose".into()
             } else {
                 format!(
                     "nothing was put in, and energy rose by {} % of what moved and was stretched at most",

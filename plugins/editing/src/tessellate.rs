@@ -4,14 +4,13 @@ mod colors;
 
 use loftsman_kernel::brep::Brep;
 use loftsman_kernel::error::Error;
-use loftsman_kernel::mesh::Layer;
+use loftsman_kernel::mesh::{Layer, Polyline};
 use loftsman_kernel::plugin::{
     Chord, Context, Declaration, Drawn, Field, Fineness, Operation, OperationError, Parameters, StepReport,
-    TessellatedBrep, object_name,
+    Tessellated, TessellatedBrep, object_name,
 };
-use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::text::a;
-use loftsman_kernel::text::counted;
+use loftsman_kernel::scene::{Geometry, Scene, Unit};
+use loftsman_kernel::text::{a, counted, without_rounding};
 
 /// The operation `tessellate`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -43,7 +42,7 @@ impl Operation for Tessellate {
         ];
         Declaration {
             name: "tessellate",
-            help: "a curve becomes a polyline, a surface or brep a mesh",
+            help: "a curve becomes a polyline, a surface or brep a mesh; reports how far from the shape it is at most",
             fields: FIELDS,
         }
     }
@@ -93,30 +92,32 @@ impl Operation for Tessellate {
             let missing = || Error::Invalid("no tessellator is registered".into());
             context.registry.tessellator().ok_or_else(missing)
         };
-        let (pieces, note): (Geometry, String) = match scene.object(&name)?.geometry() {
+        let (pieces, note, near): (Geometry, String, Near) = match scene.object(&name)?.geometry() {
             Geometry::Curve(curve) => {
-                let line = tessellator()?.curve(curve, &fineness)?;
-                let note = counted(line.points.len(), "point[|s]");
-                (line.into(), note)
+                let line = tessellator()?.moving_curve(std::slice::from_ref(curve), &fineness)?;
+                let points = line.states.into_iter().next().unwrap_or_default();
+                let note = counted(points.len(), "point[|s]");
+                let near = Near { error: line.error, tolerance: line.tolerance, certified: true };
+                (Polyline { points, closed: line.closed }.into(), note, near)
             }
             Geometry::Surface(surface) => {
-                let mut mesh = tessellator()?.surface(surface, &fineness)?;
+                let Tessellated { mut mesh, tolerance, error } =
+                    tessellator()?.measured_surface(surface, &fineness)?;
                 let mut note = counted(mesh.triangle_count(), "triangle[|s]");
                 if let Some(paint) = paint {
                     let values = colors::of_surface(surface, &mesh, paint.measure)?;
                     note += &paint.put(&mut mesh, values);
                 }
-                (mesh.into(), note)
+                (mesh.into(), note, Near { error, tolerance, certified: true })
             }
             Geometry::Custom(custom) => {
                 let named = |e: Error| Error::Invalid(format!("\"{name}\" cannot be tessellated: {e}"));
                 let mut faceted = custom.tessellate(&fineness).map_err(named)?;
-                let count = match &faceted.drawn {
+                let mut note = match &faceted.drawn {
                     Drawn::Line(line) => counted(line.points.len(), "point[|s]"),
                     Drawn::Mesh(mesh) => counted(mesh.triangle_count(), "triangle[|s]"),
                 };
-                let said = faceted.remark(1.0).map(|remark| format!("; {remark}")).unwrap_or_default();
-                let mut note = count + &said;
+                let (error, tolerance, certified) = (faceted.error, faceted.tolerance, faceted.certified);
                 if let Some(paint) = paint {
                     let values = colors::of_shape(custom.shape()?, &faceted.places, paint.measure);
                     match (&mut faceted.drawn, values) {
@@ -130,32 +131,68 @@ impl Operation for Tessellate {
                         }
                     }
                 }
-                (faceted.drawn.into(), note)
+                (faceted.drawn.into(), note, Near { error, tolerance, certified })
             }
             Geometry::Trimmed(trimmed) => {
-                let mesh = tessellator()?.measured_trimmed(trimmed, &fineness)?.mesh;
+                let Tessellated { mesh, tolerance, error } =
+                    tessellator()?.measured_trimmed(trimmed, &fineness)?;
                 let note = counted(mesh.triangle_count(), "triangle[|s]");
-                (mesh.into(), note)
+                (mesh.into(), note, Near { error, tolerance, certified: true })
             }
             Geometry::Brep(brep) => {
                 let mut cut = tessellator()?.measured_brep(brep, &fineness)?;
                 let note = counted(cut.mesh.triangle_count(), "triangle[|s]");
                 warnings.extend(cut.remark(brep).into_iter().chain(cut.excess(1.0)));
                 color_faces(&mut cut, brep, scene.color_of(scene.object(&name)?));
-                (cut.mesh.into(), note)
+                let near = Near { error: cut.error, tolerance: cut.tolerance, certified: true };
+                (cut.mesh.into(), note, near)
             }
             other => {
                 return Err(Error::Invalid(format!("\"{name}\" is {} already", a(other.kind()))).into());
             }
         };
+        let size = pieces.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+        let notes = vec![note, near.words(scene.unit, size)];
         scene.replace(&name, pieces)?;
-        Ok(StepReport {
+        let mut report = StepReport {
             op: "tessellate".into(),
             object: Some(name),
-            notes: vec![note],
+            notes,
             warnings,
             ..StepReport::default()
-        })
+        };
+        report.numbers.insert("deviation".into(), near.error.into());
+        report.numbers.insert("tolerance".into(), near.tolerance.into());
+        report.numbers.insert("certified".into(), near.certified.into());
+        Ok(report)
+    }
+}
+
+/// How near the pieces are to the shape.
+struct Near {
+    /// The largest distance between them.
+    error: f64,
+    /// What was asked for.
+    tolerance: f64,
+    /// Whether the distance is a bound, or the largest that was found in many places.
+    certified: bool,
+}
+
+impl Near {
+    /// In words, for a shape of this size.
+    fn words(&self, unit: Unit, size: f64) -> String {
+        let error = without_rounding(self.error, size);
+        let within = if error == 0.0 {
+            "nowhere off the shape".to_owned()
+        } else if self.certified {
+            format!("within {} of the shape everywhere", unit.quantity(error, 1))
+        } else {
+            format!(
+                "within {} of the shape in many places, not certified between them",
+                unit.quantity(error, 1)
+            )
+        };
+        format!("{within} ({} asked for)", unit.quantity(self.tolerance, 1))
     }
 }
 

@@ -15,7 +15,9 @@ const SECTIONS: usize = 24;
 /// Parts of two curvatures that differ by less than this factor are told as one.
 const ALIKE: f64 = 1.1;
 /// A curvature that is so many times the other surface's is told as that: how much larger it is tells nothing.
-const BEYOND: f64 = 1e3;
+const BEYOND: f64 = 10.0;
+/// What is no more than this, of the edges' size, of a radian, of the other surface's largest curvature, is told as rounding: what solving leaves.
+const ROUNDING: [f64; 3] = [1e-12, 1e-11, 1e-9];
 
 /// What a match may miss between the places where it is imposed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -132,9 +134,18 @@ impl Deviation {
         self.told(continuity, ["", ""])
     }
 
-    /// The same with the unit of lengths: `position 0.0012 mm, angle 0.03°, curvature 0.4 per mm (…)`.
-    pub(crate) fn up_to_in(&self, continuity: usize, unit: Unit) -> String {
-        self.told(continuity, [&format!(" {}", unit.symbol()), &format!(" per {}", unit.one())])
+    /// The same of edges of this size with the unit of lengths: `position 0.0012 mm, angle 0.03°, curvature 0.4 per mm (…)`; what is no more than rounding is
+    /// said to be that: `position to rounding`.
+    pub(crate) fn up_to_in(&self, continuity: usize, size: f64, unit: Unit) -> String {
+        let [near, smooth, bent] = ROUNDING;
+        let rounded = Self {
+            distance: if self.distance <= near * size { 0.0 } else { self.distance },
+            angle: if self.angle <= smooth { 0.0 } else { self.angle },
+            // Of a flat surface there is nothing to be a part of.
+            part: if self.part <= bent && !self.flat { 0.0 } else { self.part },
+            ..*self
+        };
+        rounded.told(continuity, [&format!(" {}", unit.symbol()), &format!(" per {}", unit.one())])
     }
 
     fn told(&self, continuity: usize, [length, bend]: [&str; 2]) -> String {
@@ -158,10 +169,17 @@ impl Deviation {
         } else {
             format!("{part} % of the other surface's largest")
         };
+        let told = |found: f64, what: &str, words: String| {
+            if found == 0.0 { format!("{what} to rounding") } else { format!("{what} {words}") }
+        };
         let all = [
-            format!("position {distance}{length}"),
-            format!("angle {angle}°"),
-            format!("curvature {curvature}{bend} ({of})"),
+            told(self.distance, "position", format!("{distance}{length}")),
+            told(self.angle, "angle", format!("{angle}°")),
+            told(
+                if self.flat { self.curvature } else { self.part },
+                "curvature",
+                format!("{curvature}{bend} ({of})"),
+            ),
         ];
         all[..=continuity.min(2)].join(", ")
     }
@@ -210,5 +228,39 @@ impl fmt::Display for Deviation {
     /// `position 0.0012, angle 0.03°, curvature 0.4 (1.2 % of the other surface's largest)`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.up_to(2))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_have_their_unit_and_rounding_is_no_figure() {
+        let found = Deviation {
+            distance: 0.25,
+            angle: 0.5_f64.to_radians(),
+            curvature: 0.5,
+            part: 0.125,
+            square: 0.125,
+            flat: false,
+        };
+        let told = |found: Deviation| found.up_to_in(2, 100.0, Unit::Millimetre);
+        assert_eq!(
+            told(found),
+            "position 0.25 mm, angle 0.5°, curvature 0.5 per mm (12.5 % of the other surface's largest)"
+        );
+        let left = Deviation { distance: 3e-13, angle: 1e-15, curvature: 4.9e-16, part: 1.2e-14, ..found };
+        assert_eq!(told(left), "position to rounding, angle to rounding, curvature to rounding");
+        // What is much larger than the other is not counted in percent.
+        let far = Deviation { curvature: 7.9e10, part: 24.13, square: 114.71, ..found };
+        assert_eq!(
+            told(far),
+            "position 0.25 mm, angle 0.5°, curvature more than 10 times the other surface's largest"
+        );
+        // Beside what is flat every curvature is a figure.
+        let flat = Deviation { curvature: 1e-10, part: 1e-12, flat: true, ..found };
+        assert!(told(flat).ends_with("curvature 1e-10 per mm (the other surface is flat)"), "{}", told(flat));
+        assert_eq!(Deviation { distance: 2.0, ..left }.up_to_in(0, 100.0, Unit::Unknown), "position 2 units");
     }
 }

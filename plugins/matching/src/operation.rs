@@ -117,7 +117,7 @@ impl Operation for MatchOperation {
             return Err(p.error("object", problem).into());
         }
         let mut names = SceneShapes::new(scene, &object)?;
-        let asked = Asked::new(p, &with, &mut names)?;
+        let asked = Asked::new(p, &with, &mut names, scene.unit)?;
         let SeenShapes { names, shapes, frames } = names.into_parts()?;
         let [first, second] = &shapes[..] else {
             return Err(Error::Invalid("two surfaces are needed".into()).into());
@@ -127,7 +127,7 @@ impl Operation for MatchOperation {
             return Err(Error::Invalid(format!("\"{object}\" is no B-spline surface")).into());
         };
         let made = asked.run(surface, second.as_ref(), context)?;
-        let mut report = made.report("match", &object, &asked, scene.unit);
+        let mut report = made.report("match", &object, &asked);
         report.notes.extend(frames.note());
         let mut edited = scene.clone();
         put_back(&mut edited, &names[0], frames.own_shape(0, made.edited.shape()).as_ref())?;
@@ -146,11 +146,14 @@ struct Asked {
     keep: Option<usize>,
     bend: bool,
     refine: bool,
+    unit: Unit,
 }
 
 /// What became of it.
 struct Made {
     edited: Edited<Surface>,
+    /// The larger edge's size.
+    size: f64,
     /// Whether corners could not be kept away.
     cornered: bool,
     before: Deviation,
@@ -164,7 +167,12 @@ struct Made {
 }
 
 impl Asked {
-    fn new(p: &Parameters, with: &Parameters, names: &mut SceneShapes<'_>) -> Result<Self, OperationError> {
+    fn new(
+        p: &Parameters,
+        with: &Parameters,
+        names: &mut SceneShapes<'_>,
+        unit: Unit,
+    ) -> Result<Self, OperationError> {
         let other = crate::edge_on::named(with, "object", names)?;
         let continuity = continuity(p)?;
         let keep = if !p.has("keep") {
@@ -193,6 +201,7 @@ impl Asked {
             keep,
             bend: !p.has("metric") || p.choice("metric", &[("bend", true), ("least", false)])?,
             refine: !p.has("refine") || p.flag("refine")?,
+            unit,
         })
     }
 
@@ -265,7 +274,7 @@ impl Asked {
                 (Err(EditError::Solve(SolveError::TooLarge { .. })), Some(last)) => {
                     let remedy = "more of them would take too much work: allow more, say metric = \"least\", or smooth the edge that \
                                   stands still";
-                    return Err(refused(last.count, &last.worst, self.continuity, remedy));
+                    return Err(self.refused(last.count, &last.worst, size, remedy));
                 }
                 (
                     Err(EditError::Solve(SolveError::NotConverged { .. } | SolveError::StillMoving { .. })),
@@ -291,6 +300,7 @@ impl Asked {
                 let count = |s: &Surface, direction| s.space(direction).len();
                 let (along, across) = (along, along.other());
                 return Ok(Made {
+                    size,
                     before,
                     after: worst,
                     along: [count(surface, along), count(&start, along)],
@@ -302,7 +312,7 @@ impl Asked {
             }
             let excess = worst.excess(self.continuity, distance, &self.limits);
             history.push(Attempt { count, excess, worst });
-            let tried = Tried { distance, most, was_folded, history: &mut history };
+            let tried = Tried { distance, size, most, was_folded, history: &mut history };
             start = self.halved(&start, along, &profile, tried)?;
         }
     }
@@ -355,7 +365,7 @@ impl Asked {
         profile: &[(f64, Deviation)],
         tried: Tried<'_>,
     ) -> Result<Surface, OperationError> {
-        let Tried { distance, most, was_folded, history } = tried;
+        let Tried { distance, size, most, was_folded, history } = tried;
         let (space, folded) = (surface.space(along), self.continuity > 0 && Deviation::folded(profile));
         let stuck = history.is_stuck();
         let outside = |a: f64, b: f64| {
@@ -401,28 +411,30 @@ impl Asked {
                 "allow more, or smooth the edge that stands still".to_owned()
             };
             let last = history.last().map_or_else(Deviation::default, |last| last.worst);
-            return Err(refused(space.len(), &last, self.continuity, &remedy));
+            return Err(self.refused(space.len(), &last, size, &remedy));
         }
         if stuck.is_some() {
             history.all_halved();
         }
         Ok(surface.insert_knots(along, &knots)?)
     }
-}
 
-/// Why a match is refused with so many control vertices along the edge.
-fn refused(count: usize, worst: &Deviation, continuity: usize, remedy: &str) -> OperationError {
-    let apart = worst.up_to(continuity);
-    Error::Invalid(format!(
-        "with {count} control vertices along the edge the surfaces are still apart by {apart}: {remedy}"
-    ))
-    .into()
+    /// Why a match is refused with so many control vertices along the edge.
+    fn refused(&self, count: usize, worst: &Deviation, size: f64, remedy: &str) -> OperationError {
+        let apart = worst.up_to_in(self.continuity, size, self.unit);
+        Error::Invalid(format!(
+            "with {count} control vertices along the edge the surfaces are still apart by {apart}: {remedy}"
+        ))
+        .into()
+    }
 }
 
 /// A match that is not within its limits.
 struct Tried<'a> {
     /// The allowed distance.
     distance: f64,
+    /// The larger edge's size.
+    size: f64,
     /// The most control vertices along the edge.
     most: usize,
     /// Whether the surface lay folded back on the other before.
@@ -479,11 +491,14 @@ fn as_the_other(
 }
 
 impl Made {
-    fn report(&self, op: &str, object: &str, asked: &Asked, unit: Unit) -> StepReport {
+    fn report(&self, op: &str, object: &str, asked: &Asked) -> StepReport {
         let report = self.edited.report();
         let mut notes = vec![
-            format!("along the edge, before: {}", self.before.up_to_in(asked.continuity.max(1), unit)),
-            format!("along the edge, now: {}", self.after.up_to_in(2, unit)),
+            format!(
+                "along the edge, before: {}",
+                self.before.up_to_in(asked.continuity.max(1), self.size, asked.unit)
+            ),
+            format!("along the edge, now: {}", self.after.up_to_in(2, self.size, asked.unit)),
         ];
         for (what, [before, after], [old, new]) in [
             ("along", self.along, [self.degrees[0][0], self.degrees[1][0]]),

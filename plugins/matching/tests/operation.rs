@@ -262,7 +262,7 @@ fn rounding_is_told_as_nothing() {
     both.rename("deck", "cover").unwrap();
     let fields = json!({ "object": "cover", "edge": "u1", "with": { "object": "hull", "edge": "u1" }, "continuity": 0 });
     let notes = run(&mut both, fields).unwrap();
-    assert!(notes.iter().any(|n| n.contains("now: position 0 m")), "{notes:?}");
+    assert!(notes.iter().any(|n| n.contains("now: position to rounding")), "{notes:?}");
 }
 
 /// Corners of the other edge are met, and said; those that nobody asks for are not made.

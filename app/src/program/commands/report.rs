@@ -160,7 +160,7 @@ fn repeated(rank: usize, equations: usize, contradict: bool) -> String {
             "equations contradict the others, or say what they say",
         )
     } else {
-        ("1 equation says again what the others say", "equations say again what the others say")
+        ("1 equation follows from the others", "equations follow from the others")
     };
     match more {
         0 => String::new(),

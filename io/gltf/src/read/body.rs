@@ -48,13 +48,23 @@ impl Bodies {
         });
         let materials: Vec<Option<usize>> = materials(mesh).collect();
         if let Some(body) = self.known.get(&key) {
-            // Materials are alike in the same places: one goes over into one.
+            // Materials are alike in the same places: one goes over into one. Lines and points without a material have no slot for one, and are asked anew.
             let now: HashMap<_, _> = body.materials.iter().copied().zip(materials).collect();
-            let dressed = |shape: &Shape| {
-                let slots = shape.slots.iter().map(|slot| now.get(slot).copied().unwrap_or(*slot)).collect();
+            let has_faces = has_faces(mesh);
+            let only_points = mesh.primitives.iter().all(|primitive| mode(primitive) == 0);
+            let dressed = |shape: &Shape, is_loose: bool| {
+                let slots = if has_faces && !is_loose {
+                    shape.slots.iter().map(|slot| now.get(slot).copied().unwrap_or(*slot)).collect()
+                } else {
+                    let is_own = |primitive: &&schema::Primitive<'_>| {
+                        if is_loose { mode(primitive) == 0 } else { only_points || mode(primitive) != 0 }
+                    };
+                    let first = mesh.primitives.iter().filter(is_own).find_map(|p| p.material);
+                    first.map(|material| Some(material.index())).into_iter().collect()
+                };
                 Shape { slots, ..shape.clone() }
             };
-            let shapes = (dressed(&body.shapes.0), dressed(&body.shapes.1));
+            let shapes = (dressed(&body.shapes.0, false), dressed(&body.shapes.1, true));
             say_again(&body.report, report);
             if left == 0 {
                 self.known.remove(&key);
@@ -72,6 +82,14 @@ impl Bodies {
     }
 }
 
+fn mode(primitive: &schema::Primitive<'_>) -> u64 {
+    primitive.mode.map_or(4, |mode| mode.0)
+}
+
+fn has_faces(mesh: &schema::Mesh<'_>) -> bool {
+    mesh.primitives.iter().any(|primitive| mode(primitive) >= 4)
+}
+
 fn materials(mesh: &schema::Mesh<'_>) -> impl Iterator<Item = Option<usize>> {
     mesh.primitives.iter().map(|primitive| primitive.material.map(schema::Whole::index))
 }
@@ -80,15 +98,18 @@ fn materials(mesh: &schema::Mesh<'_>) -> impl Iterator<Item = Option<usize>> {
 fn key(mesh: &schema::Mesh<'_>, targets: Targets) -> String {
     let mut slots: HashMap<Option<usize>, usize> = HashMap::new();
     let mut key = format!("{targets:?}");
+    let has_faces = has_faces(mesh);
     for (primitive, material) in mesh.primitives.iter().zip(materials(mesh)) {
         let next = slots.len();
         let slot = *slots.entry(material).or_insert(next);
         let extensions: Vec<_> = primitive.extensions.iter().flat_map(|e| e.keys()).collect();
+        // Beside faces the material of lines is one of the slots that they count, or none is.
+        let counts = has_faces && mode(primitive) < 4 && material.is_some();
         let schema::Primitive { attributes, indices, mode, targets, extras, .. } = primitive;
         // Writing to a string cannot fail.
         let _ = write!(
             key,
-            "{attributes:?} {indices:?} {mode:?} {targets:?} {extensions:?} {} {slot};",
+            "{attributes:?} {indices:?} {mode:?} {targets:?} {extensions:?} {} {slot} {counts};",
             extras.is_some()
         );
     }

@@ -8,7 +8,7 @@ use loftsman_kernel::named::Named;
 use loftsman_kernel::placement::Change;
 use loftsman_kernel::plugin::{Fate, FormatError, ReadOptions, ReadReport};
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene, Unit, Up};
-use loftsman_kernel::text::counted;
+use loftsman_kernel::text::{clip, counted};
 use nalgebra::Matrix4;
 
 use super::animation::{self, Track};
@@ -18,7 +18,7 @@ use super::noted::{Beside, Frames, exact, own};
 use super::schema;
 use super::shared::Meshes;
 use super::tree::Tree;
-use crate::extras::{ExtrasFields, matrix};
+use crate::extras::{ExtrasFields, Loose, matrix};
 use crate::place::Numbers;
 use crate::words::{DATA, EXTRAS, MATERIAL, MESH_NAME, NONE, PLACEMENT, UNNAMED};
 
@@ -59,6 +59,7 @@ pub(super) fn read(
         meshes,
         last: None,
         alone: 0,
+        bare: Vec::new(),
         places: HashMap::new(),
     };
     let mut names: HashMap<usize, String> = HashMap::new();
@@ -74,6 +75,7 @@ pub(super) fn read(
              loose edges): [it is|they are] taken as [it was|they were] written",
         ));
     }
+    report.notes.extend(left_behind(&reader.bare));
     // First all names, so that those of nodes come before those made up for their points.
     let mut taken = Scene::new();
     let (mut renamed, mut example) = (0_usize, None);
@@ -140,6 +142,27 @@ pub(super) fn read(
         scene.add(object).map_err(|e| file.fail("nodes", e.to_string()))?;
     }
     finish(file, scene, noted, &change, exact, report)
+}
+
+/// That nodes came back without their lines or points, and how they would not.
+fn left_behind(bare: &[(String, Loose)]) -> Option<String> {
+    const NAMED: usize = 8;
+    if bare.is_empty() {
+        return None;
+    }
+    let named: Vec<String> = bare.iter().take(NAMED).map(|(name, _)| format!("\"{}\"", clip(name))).collect();
+    let more = if bare.len() > NAMED { format!(" and {} more", bare.len() - NAMED) } else { String::new() };
+    let has = |what: Loose| bare.iter().any(|(_, loose)| *loose == what);
+    let (what, panel) = match (has(Loose::Lines), has(Loose::Points)) {
+        (true, true) => ("lines or points", "\"Loose Edges\" and \"Loose Points\""),
+        (true, false) => ("lines", "\"Loose Edges\""),
+        _ => ("points", "\"Loose Points\""),
+    };
+    Some(format!(
+        "{}: written from here with {what}, of which the program that passed the file on kept nothing, so that empty groups are read (Blender does that unless told otherwise: \
+         when exporting, tick {panel} under Data > Mesh)",
+        named.join(", ") + &more
+    ))
 }
 
 /// The whole scene in the unit and axes that were noted, splines exactly as they were.
@@ -216,6 +239,8 @@ struct Reader<'r, 'a> {
     last: Option<Arc<Geometry>>,
     /// How many nodes have an exact spline and no longer the mesh that showed it.
     alone: usize,
+    /// The nodes that had lines or points, and nothing any more.
+    bare: Vec<(String, Loose)>,
     /// For nodes whose object is in its own coordinates again: from those to the node's.
     places: HashMap<usize, Matrix4<f64>>,
 }
@@ -264,9 +289,10 @@ impl Reader<'_, '_> {
             part.statements.extend(content.statements.iter().cloned());
             if let Some(own) = part.own.as_ref().filter(|own| own.is_exact()) {
                 let beside = Beside::Mesh(self.meshes.fingerprint(mesh).filter(|_| own.shown_by.is_some()));
+                let shown_by = own.shown_by.clone();
                 let spline = exact(own, beside, &self.frames.change(own), self.options, report);
                 part.exact = spline.map(|(spline, animation)| Exact {
-                    geometry: self.meshes.exact(mesh, spline),
+                    geometry: self.meshes.exact(mesh, shown_by.as_deref(), spline),
                     animation,
                 });
             }
@@ -317,6 +343,9 @@ impl Reader<'_, '_> {
                 Exact { geometry, animation }
             });
             part.color = part.own.as_ref().and_then(|own| own.color);
+            if let Some(loose) = part.own.as_ref().and_then(|own| own.loose) {
+                self.bare.push((part.name.clone(), loose));
+            }
         }
         if part.name.is_empty() {
             part.name = format!("node {node}");

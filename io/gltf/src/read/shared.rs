@@ -48,6 +48,8 @@ pub(super) struct Shown {
 pub(super) struct Meshes {
     uses: HashMap<usize, Uses>,
     known: HashMap<usize, Known>,
+    /// By the fingerprint of the vertices that show it, whatever meshes have them: the exact spline of the first node with one.
+    exact: HashMap<String, Arc<Geometry>>,
     bodies: Bodies,
 }
 
@@ -102,13 +104,20 @@ impl Meshes {
         known.fingerprint.get_or_insert_with(found).clone()
     }
 
-    /// The exact spline of a node: the one of the node before it, where it is the same.
-    pub(super) fn exact(&mut self, mesh: usize, spline: Geometry) -> Arc<Geometry> {
-        let Some(known) = self.known.get_mut(&mesh) else { return Arc::new(spline) };
-        match &known.exact {
-            Some(same) if **same == spline => Arc::clone(same),
-            _ => Arc::clone(known.exact.insert(Arc::new(spline))),
+    /// The exact spline of a node: that of the node before it with this mesh, where it is the same, or of the first one shown by the same vertices. (In another
+    /// material the mesh is another.)
+    pub(super) fn exact(&mut self, mesh: usize, shown_by: Option<&str>, spline: Geometry) -> Arc<Geometry> {
+        let of_mesh = self.known.get(&mesh).and_then(|known| known.exact.as_ref());
+        let alike = shown_by.and_then(|by| self.exact.get(by));
+        let same = of_mesh.into_iter().chain(alike).find(|same| ***same == spline);
+        let spline = same.map_or_else(|| Arc::new(spline), Arc::clone);
+        if let Some(by) = shown_by {
+            self.exact.entry(by.to_owned()).or_insert_with(|| Arc::clone(&spline));
         }
+        if let Some(known) = self.known.get_mut(&mesh) {
+            known.exact = Some(Arc::clone(&spline));
+        }
+        spline
     }
 
     /// What a node shows of a mesh that was read, with its morph targets as far as the weights say, and without tangents if

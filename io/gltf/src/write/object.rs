@@ -18,9 +18,9 @@ use nalgebra::Matrix4;
 use serde_json::{Value, json};
 
 use super::animation::{self, Moves};
-use super::shape::{self, LINE_STRIP, NORMAL, POINTS, Shaped};
+use super::shape::{self, LINE_STRIP, NORMAL, POINTS, Shaped, TRIANGLES};
 use super::{Writer, mesh, schema};
-use crate::extras::{AnimationFields, ExtrasFields};
+use crate::extras::{AnimationFields, ExtrasFields, Loose};
 use crate::words::{MATERIAL, MESH_DATA, MESH_NAME, NONE, TARGET_NAMES, UNNAMED, frame_name};
 
 /// What is to be seen of an object.
@@ -357,7 +357,15 @@ impl<'a> Writer<'a, '_> {
         };
         let moves = frames.map(|frames| Moves::new(base, frames));
         let starts = moves.as_ref().is_some_and(Moves::starts_elsewhere);
-        let own = ExtrasFields { starts_at_first: starts, ..ExtrasFields::default() };
+        let modes = || shaped.primitives.iter().map(|primitive| primitive.mode);
+        let loose = if modes().all(|mode| mode == POINTS) {
+            Some(Loose::Points)
+        } else if modes().all(|mode| mode != TRIANGLES) {
+            Some(Loose::Lines)
+        } else {
+            None
+        };
+        let own = ExtrasFields { starts_at_first: starts, loose, ..ExtrasFields::default() };
         Ok(Shown::Shaped(Box::new(shaped), moves, Box::new(own)))
     }
 

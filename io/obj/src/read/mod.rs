@@ -110,13 +110,15 @@ pub(crate) fn read(
         before = at;
         done += parts.iter().map(|part| part.len() as u64).sum::<u64>();
     }
-    if reader.understood == 0 {
+    let head = ours::head(&text);
+    // What was written here of objects that OBJ has no statements for, as groups, is a file all the same.
+    if reader.understood == 0 && head.is_none() {
         return Err(FormatError::whole("no statement of an OBJ file was found in it"));
     }
     let mut report = ReadReport::default();
     let mut scene = Scene::new();
     scene.up = Up::Y;
-    if let Some((unit, up)) = ours::head(&text) {
+    if let Some((unit, up)) = head {
         (report.unit, scene.up) = (Some(unit).filter(|unit| *unit != Unit::Unknown), up);
     } else if options.up.is_none() {
         report.notes.push("y is taken as up, as OBJ programs have it".to_owned());

@@ -124,6 +124,17 @@ impl Element {
         }
     }
 
+    /// The direction at a place of it that leads away from the curve.
+    pub(super) fn outwards(&self, job: &Job<'_>, t: f64, place: &Place) -> Result<Vector> {
+        let away = match self {
+            // Where the curve stops, the derivative has no direction.
+            Self::Moved { piece, .. } => place.point - piece.point(t)?,
+            Self::Arc { corner, .. } => place.point - corner,
+            Self::Side { .. } => place.derivative.cross(&job.plane.normal) * job.distance.signum(),
+        };
+        Ok(away / away.norm())
+    }
+
     /// The part between two parameters as a curve over `[a, b]`: exact where it is straight or round, else cubics within `tolerance`.
     pub(super) fn curve(&self, job: &Job<'_>, a: f64, b: f64, tolerance: f64) -> Result<Curve> {
         match self {

@@ -1,9 +1,10 @@
 //! Which parts of the elements are kept: those no nearer to the curve than the distance.
 
+use loftsman_kernel::Point;
 use loftsman_kernel::error::{Error, Figure, Result};
 
 use super::Job;
-use super::element::Element;
+use super::element::{Element, Place};
 use super::tip::{Among, Tips};
 
 /// Halvings of the parameter between a place that is kept and one that is not.
@@ -22,12 +23,27 @@ pub(super) struct Kept {
     pub(super) intervals: Vec<Interval>,
     /// How many parts between them are not kept.
     pub(super) cut: usize,
+    /// Whether parts are left out that bound a strip of no width.
+    pub(super) strips: bool,
 }
+
+/// A place that is not kept.
+struct Lost {
+    /// Over so much of the way it is not, for certain.
+    by: f64,
+    /// Whether that is only because what lies beyond it is not either.
+    strip: bool,
+}
+
+/// What is no wider than so many slacks is a strip of no width: well above what rounding makes of twice the distance.
+const STRIP: f64 = 4.0;
 
 /// Goes along each element by steps no longer than the rest of the curve (all but the piece itself, or those at a corner) is further away than
 /// the distance `d`: on the way it cannot come nearer than that. What comes nearer by `ε` does so over `2 √(2 d ε)` at least; steps
 /// are never shorter than a third of that for the tolerance. Where it is too near, steps are as long as it stays so for certain.
 /// What is inside the tip of another corner is not kept: lines are asked where they enter and leave it, all else as for the distance.
+/// Nor is a place kept beyond which, a few slacks further out, another part of the curve is nearer than the distance: where two sides are twice the distance
+/// apart, both their offsets run along the middle, with nothing between them.
 /// `looked` counts the places of all rounds.
 pub(super) fn kept(
     job: &Job<'_>,
@@ -36,7 +52,7 @@ pub(super) fn kept(
     round: u32,
     looked: &mut usize,
 ) -> Result<Kept> {
-    let mut kept = Kept { intervals: Vec::new(), cut: 0 };
+    let mut kept = Kept { intervals: Vec::new(), cut: 0, strips: false };
     let away = job.distance.abs();
     let enough = away - job.slack();
     let shortest = job.blind() / (3.0 * 4_f64.powi(round as i32));
@@ -44,20 +60,36 @@ pub(super) fn kept(
     let most_places = job.places(elements.len());
     for (index, element) in elements.iter().enumerate() {
         let among = Among::new(job, element, tips);
-        // How far it is not kept for certain; `None` where it is.
-        let lost = |t: f64| -> Result<Option<f64>> {
-            let point = element.place(job, t)?.point;
-            let near = job.around.distance(&point)?;
-            if near < enough { Ok(Some(enough - near)) } else { among.covered(job, &point) }
+        let beyond = |t: f64, place: &Place| -> Result<Point> {
+            Ok(place.point + element.outwards(job, t, place)? * (STRIP * job.slack()))
+        };
+        // `None` where it is kept.
+        let lost = |t: f64| -> Result<Option<Lost>> {
+            let place = element.place(job, t)?;
+            let near = job.around.distance(&place.point)?;
+            if near < enough {
+                return Ok(Some(Lost { by: enough - near, strip: false }));
+            }
+            if let Some(by) = among.covered(job, &place.point)? {
+                return Ok(Some(Lost { by, strip: false }));
+            }
+            let beyond = beyond(t, &place)?;
+            let strip =
+                among.is_inside(&beyond) || job.around.nearest(&beyond, element.own(), enough)?.is_some();
+            Ok(strip.then_some(Lost { by: 0.0, strip }))
         };
         let valid = |t: f64| lost(t).map(|lost| lost.is_none());
         let (a, b) = element.domain();
         let widest = (b - a) / element.samples(round) as f64;
         let start = element.place(job, a)?;
         let even = element.is_even();
-        let mut events: Vec<f64> =
-            if even { among.events(&start.point, &start.derivative) } else { Vec::new() };
-        events.reverse();
+        let mut events: Vec<f64> = Vec::new();
+        if even {
+            for from in [start.point, beyond(a, &start)?] {
+                events.extend(among.events(&from, &start.derivative));
+            }
+        }
+        events.sort_by(|x, y| y.total_cmp(x));
         let mut sure = lost(a)?;
         let mut last = (a, sure.is_none());
         let mut from = a;
@@ -74,8 +106,8 @@ pub(super) fn kept(
             }
             let place = element.place(job, t)?;
             let speed = place.derivative.norm();
-            let free = if let Some(sure) = sure {
-                sure
+            let free = if let Some(sure) = &sure {
+                sure.by
             } else {
                 let most = away + speed * widest;
                 let rest =
@@ -92,7 +124,10 @@ pub(super) fn kept(
                     t = a + event;
                 }
             }
+            let was_strip = sure.is_some_and(|lost| lost.strip);
             sure = lost(t)?;
+            // Where two only cross, one place at most is seen so.
+            kept.strips |= was_strip && sure.as_ref().is_some_and(|lost| lost.strip);
             let here = (t, sure.is_none());
             if here.1 != last.1 {
                 let edge = edge(last, here, &valid)?;

@@ -58,6 +58,8 @@ pub struct Offset {
     pub cut: usize,
     /// Corners too sharp for a tip, which are round.
     pub blunted: usize,
+    /// Whether parts are left out between sides that are twice the distance apart: both run along the middle there, with nothing between them.
+    pub strips: bool,
 }
 
 /// The offset of a planar curve at a signed distance: outwards of a closed curve where positive, else to the right of its
@@ -68,7 +70,8 @@ pub struct Offset {
 /// both ways, on the curves that are handed out.
 ///
 /// A part is kept where no place of the curve is nearer than the distance and no tip of another sharp corner goes over it, to 2e-9 of it and 1e-11 of the size. Between the places
-/// where that is asked the rest of the curve is too far away to be nearer by more than the tolerance. `O(n k)` closest points for `n` pieces and `k` places.
+/// where that is asked the rest of the curve is too far away to be nearer by more than the tolerance. Where two sides are twice the distance apart, to some 1e-8 of it, the
+/// strip of no width between their offsets is left out, so that none runs over itself. `O(n k)` closest points for `n` pieces and `k` places.
 ///
 /// ```
 /// use loftsman_construction::{OffsetOptions, offset};
@@ -124,9 +127,11 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
     let (Elements { all: elements, blunted, .. }, tips) = elements(&job)?;
     let mut missed = Missed::Nothing;
     let mut looked = 0;
+    let mut strips = false;
     for round in 0..ROUNDS {
         let kept = keep::kept(&job, &elements, &tips, round, &mut looked)?;
         let cut = kept.cut;
+        strips |= kept.strips;
         let chains = if kept.intervals.is_empty() {
             Vec::new()
         } else {
@@ -138,6 +143,10 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
             if round == 0 && keep::reach(&job, &elements)? < FAR * distance.abs() {
                 break;
             }
+            if kept.strips && round > 0 {
+                missed = Missed::Strip;
+                break;
+            }
             continue;
         }
         if !measure::complete(&job, &elements, &tips, &chains)? {
@@ -147,7 +156,7 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
         let deviation = measure::deviation(&job, &elements, &chains)?;
         if deviation <= tolerance {
             let curves = chains.into_iter().map(|c| c.curve).collect();
-            return Ok(Offset { curves, deviation, tolerance, cut, blunted });
+            return Ok(Offset { curves, deviation, tolerance, cut, blunted, strips });
         }
         missed = Missed::Place(deviation);
     }
@@ -157,6 +166,10 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
             Figure(distance.abs()),
             crate::fields::figure(tolerance),
             crate::fields::figure(keep::reach(&job, &elements)?)
+        ),
+        Missed::Strip => format!(
+            "nothing of the curve is {} away on that side but a strip of no width, where two sides are twice as far apart: give a smaller distance",
+            Figure(job.distance.abs())
         ),
         Missed::Parts => format!(
             "what is left at {} is in parts too short to be followed: give a smaller tolerance, or another distance",
@@ -189,6 +202,8 @@ const ROUNDS: u32 = 5;
 enum Missed {
     /// Nothing was found.
     Nothing,
+    /// Only strips of no width were found.
+    Strip,
     /// It ends where it should go on.
     Parts,
     /// It is so far from where it should be.

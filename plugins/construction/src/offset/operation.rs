@@ -94,6 +94,12 @@ impl Operation for OffsetOf {
             let parts = if made_of.cut == 1 { "part was" } else { "parts were" };
             notes.push(format!("{} {parts} nearer to the curve and cut away", made_of.cut));
         }
+        if made_of.strips {
+            notes.push(format!(
+                "where two sides are {} apart, twice the distance, nothing lies between: that strip of no width is left out",
+                unit.quantity(2.0 * distance.abs(), 1)
+            ));
+        }
         if made_of.blunted > 0 {
             let corners = if made_of.blunted == 1 { "corner is" } else { "corners are" };
             notes.push(format!("{} {corners} too sharp to be prolonged, and round", made_of.blunted));

@@ -157,6 +157,11 @@ impl<'a> Among<'a> {
         Ok((!job.around.beside(job, point)?).then_some(0.0))
     }
 
+    /// Whether a point is inside another tip.
+    pub(super) fn is_inside(&self, point: &Point) -> bool {
+        self.near.iter().any(|(tip, _)| tip.depth(point) > self.slack)
+    }
+
     /// How far the point is from all other tips at least.
     pub(super) fn free(&self, point: &Point) -> f64 {
         self.near.iter().map(|(tip, _)| (-tip.depth(point)).max(0.0)).fold(f64::INFINITY, f64::min)

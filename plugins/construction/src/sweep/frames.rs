@@ -8,7 +8,7 @@ use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Point, Vector};
 use nalgebra::Matrix3;
 
-use super::Turning;
+use super::{Mitre, Turning};
 
 /// Fine steps of a polynomial piece.
 const STEPS: usize = 4;
@@ -224,6 +224,24 @@ impl<'a> Walk<'a> {
     /// At how many corners both sides end in the plane between them.
     pub(super) fn corners(&self) -> usize {
         self.mitres.iter().filter(|ends| ends[1].is_some()).count()
+    }
+
+    /// The corner whose mitre reaches furthest from the path, of places of the profile at these arms, and how many reach beyond so many times the longest of these.
+    pub(super) fn mitre(&self, arms: &[Vector], times: f64) -> Result<(Option<Mitre>, usize)> {
+        let tangent = self.first()?.tangent;
+        let profile = arms.iter().map(|arm| arm.norm()).fold(0.0, f64::max);
+        let (mut worst, mut beyond): (Option<Mitre>, usize) = (None, 0);
+        for (k, ends) in self.mitres.iter().enumerate() {
+            let (Some(across), Some(lean)) = (ends[1], self.leans[k][1]) else { continue };
+            let reach = arms.iter().map(|arm| (arm + tangent * lean.by.dot(arm)).norm()).fold(0.0, f64::max);
+            beyond += usize::from(reach > times * profile * (1.0 + CORNER));
+            if worst.is_none_or(|worst| reach > worst.reach) {
+                // Across is the sum of both tangents.
+                let turn = 2.0 * (0.5 * across.norm()).min(1.0).acos();
+                worst = Some(Mitre { at: self.pieces[k].domain().1, turn, reach, profile });
+            }
+        }
+        Ok((worst, beyond))
     }
 
     /// How far what leans is from the sweep of sections that do not, each place from the way of its own, which goes on straight beyond its ends: the

@@ -37,6 +37,22 @@ pub enum Turning {
     Parallel,
 }
 
+/// How far a mitre reaches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mitre {
+    /// The parameter of the corner on the path.
+    pub at: f64,
+    /// By how much the path turns there: radians.
+    pub turn: f64,
+    /// How far from the corner it reaches.
+    pub reach: f64,
+    /// How far from the path the profile reaches where it is not mitred.
+    pub profile: f64,
+}
+
+/// A mitre that reaches beyond so many times its profile is a spike: that of a centred profile does where the path turns by more than 120 degrees.
+const SPIKE: f64 = 2.0;
+
 /// A sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Swept {
@@ -55,6 +71,10 @@ pub struct Swept {
     pub twist: f64,
     /// At how many corners of the path the surface is mitred.
     pub corners: usize,
+    /// The mitre that reaches furthest; none without corners.
+    pub mitre: Option<Mitre>,
+    /// How many mitres reach beyond twice as far as the profile.
+    pub spikes: usize,
     /// Beside corners where the path is not straight sections lean: how far that takes the surface from the sweep of sections that do not, at most,
     /// measured; 0 where there are none.
     pub leaned: f64,
@@ -117,8 +137,19 @@ pub fn sweep(profile: &Curve, path: &Curve, turning: Turning, tolerance: Option<
     };
     if turning == Turning::Parallel {
         let surface = parallel(profile, path)?;
-        let (deviation, twist, corners, leaned, folds) = (0.0, 0.0, 0, 0.0, None);
-        return Ok(Swept { surface, reversed, flat, deviation, tolerance, twist, corners, leaned, folds });
+        return Ok(Swept {
+            surface,
+            reversed,
+            flat,
+            deviation: 0.0,
+            tolerance,
+            twist: 0.0,
+            corners: 0,
+            mitre: None,
+            spikes: 0,
+            leaned: 0.0,
+            folds: None,
+        });
     }
     let walk = Walk::new(path, profile, turning, size)?;
     let mut last = 0.0;
@@ -130,6 +161,7 @@ pub fn sweep(profile: &Curve, path: &Curve, turning: Turning, tolerance: Option<
             let (twist, corners) = (walk.twist(), walk.corners());
             let arms: Vec<Vector> = places.iter().map(|(_, arm)| *arm).collect();
             let leaned = walk.leaned(&arms)?;
+            let (mitre, spikes) = walk.mitre(&arms, SPIKE)?;
             return Ok(Swept {
                 surface,
                 reversed,
@@ -138,6 +170,8 @@ pub fn sweep(profile: &Curve, path: &Curve, turning: Turning, tolerance: Option<
                 tolerance,
                 twist,
                 corners,
+                mitre,
+                spikes,
                 leaned,
                 folds,
             });

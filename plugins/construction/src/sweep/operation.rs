@@ -119,13 +119,33 @@ impl Operation for Sweep {
                 text::figure(at)
             ));
         }
+        let mut warnings = Vec::new();
+        if let Some(mitre) = swept.mitre.filter(|_| swept.spikes > 0) {
+            let others = match swept.spikes - 1 {
+                0 => String::new(),
+                1 => ", and another corner is as sharp or nearly so".to_owned(),
+                more => format!(", and {more} other corners are as sharp or nearly so"),
+            };
+            warnings.push(format!(
+                "where the path turns by {} degrees, at {} of it, the mitre of \"{source}\" reaches {} from it, {} times as far as the curve by itself ({}){others}: put an arc \
+                 into the corner, make it blunter, bring the curve nearer to the path, or split the path there and sweep along each part",
+                text::figure(mitre.turn.to_degrees()),
+                text::figure(mitre.at),
+                scene.unit.quantity(mitre.reach, 1),
+                text::short(mitre.reach / mitre.profile),
+                scene.unit.quantity(mitre.profile, 1),
+            ));
+        }
         let area = measured(context, "surface-area", &surface);
         let object = like(scene, &source, &name, surface.into());
         scene.add(object)?;
-        let mut report = StepReport { area, ..made("sweep", name, notes) };
+        let mut report = StepReport { area, warnings, ..made("sweep", name, notes) };
         report.numbers.insert("deviation".into(), deviation.into());
         report.numbers.insert("tolerance".into(), tolerance.into());
         report.numbers.insert("corners".into(), swept.corners.into());
+        if let Some(mitre) = swept.mitre {
+            report.numbers.insert("mitre".into(), mitre.reach.into());
+        }
         report.numbers.insert("leaned".into(), leaned.into());
         report.numbers.insert("twist".into(), swept.twist.into());
         Ok(report)
