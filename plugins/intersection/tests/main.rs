@@ -2,6 +2,7 @@
 
 mod contacts;
 mod curves;
+mod cuts;
 mod golden;
 mod itself;
 mod operations;
