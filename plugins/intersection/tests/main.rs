@@ -4,6 +4,7 @@ mod contacts;
 mod curves;
 mod cuts;
 mod golden;
+mod hits;
 mod itself;
 mod operations;
 mod sections;
