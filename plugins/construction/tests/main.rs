@@ -5,5 +5,6 @@ mod evenly;
 mod golden;
 mod offset;
 mod operations;
+mod outlines;
 mod sweep;
 mod symmetrize;

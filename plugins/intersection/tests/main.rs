@@ -2,7 +2,9 @@
 
 mod contacts;
 mod curves;
+mod cuts;
 mod golden;
+mod hits;
 mod itself;
 mod operations;
 mod sections;
