@@ -64,8 +64,19 @@ impl Chart {
     }
 }
 
+/// A derivative by the coordinates of a [chart](Cells::chart) at one Gauss point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChartedRow {
+    /// Where.
+    pub at: Location,
+    /// The root of the point's weight, by the area of the coordinates.
+    pub root: f64,
+    /// The row over the cell's own vertices, that root in it.
+    pub row: Vec<f64>,
+}
+
 /// Rows over a cell's own vertices whose squares sum to the integral of the squared derivatives of an order, 1 or 2, by the coordinates of its
-/// [chart](Cells::chart), each with its location and the root of its weight; mixed derivatives count twice. `None` where the parameters are the
+/// [chart](Cells::chart), one for each derivative at each point; mixed derivatives count twice. `None` where the parameters are the
 /// coordinates, and of other orders. By Gauss points, two more in each direction than a polynomial's of the cell's degree takes.
 ///
 /// # Errors
@@ -75,7 +86,7 @@ pub fn charted_rows(
     cells: &dyn Cells,
     cell: &Cell,
     order: usize,
-) -> Result<Option<Vec<(Location, f64, Vec<f64>)>>> {
+) -> Result<Option<Vec<ChartedRow>>> {
     if !(1..=2).contains(&order) || cell.sides.len() < 2 || cells.chart(cell.at([0.5; 2])).is_none() {
         return Ok(None);
     }
@@ -95,7 +106,7 @@ pub fn charted_rows(
                 let Some(of) = all.iter().position(|known| *known == by) else { continue };
                 row.iter_mut().zip(&rows[of][index * width..]).for_each(|(x, r)| *x += root * c * r);
             }
-            found.push((at, root, row));
+            found.push(ChartedRow { at, root, row });
         }
     }
     Ok(Some(found))

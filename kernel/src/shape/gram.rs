@@ -50,7 +50,7 @@ pub(super) fn smoothness<S: Shape + ?Sized>(shape: &S, order: usize) -> Result<S
         if let Some(rows) = charted_rows(shape, cells, &cell, order)? {
             for i in 0..cell.vertices.len() {
                 for j in 0..=i {
-                    let sum: f64 = rows.iter().map(|(_, _, row)| row[i] * row[j]).sum();
+                    let sum: f64 = rows.iter().map(|charted| charted.row[i] * charted.row[j]).sum();
                     entries.push((cell.vertices[i], cell.vertices[j], sum / whole));
                 }
             }

@@ -4,7 +4,7 @@
 use loftsman_kernel::energy::Squares;
 use loftsman_kernel::error::{Error, Result};
 use loftsman_kernel::shape::{
-    Cell, Cells, Derivative, Location, Shape, Splines, cells_of, charted_rows, rows_at,
+    Cell, Cells, ChartedRow, Derivative, Location, Shape, Splines, cells_of, charted_rows, rows_at,
 };
 use loftsman_kernel::spline::Space;
 use loftsman_kernel::spline::gram::gauss_legendre;
@@ -77,7 +77,7 @@ impl Integrals {
             Some(rows) => {
                 self.0.open(cell.vertices.iter().copied());
                 let scale = weight.sqrt();
-                rows.into_iter().try_for_each(|(at, root, row)| {
+                rows.into_iter().try_for_each(|ChartedRow { at, root, row }| {
                     let row = row.into_iter().map(|c| c * scale).collect();
                     self.finish(row, near, root * scale, shape, at)
                 })

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use loftsman_fairing::{Fair, bend, stretch, variation};
 use loftsman_kernel::edit::{Ask, Edit, Metric};
 use loftsman_kernel::functional::position;
-use loftsman_kernel::shape::{Derivative, Location, Shape, cells_of, charted_rows};
+use loftsman_kernel::shape::{ChartedRow, Derivative, Location, Shape, cells_of, charted_rows};
 use loftsman_kernel::{Point, Vector};
 use loftsman_subdivision::doo_sabin::{self, DooSabinSurface};
 use loftsman_subdivision::{Cage, SubdivisionSurface, catmull_clark};
@@ -114,7 +114,7 @@ fn a_plane_does_not_bend() {
         for index in 0..cells.count() {
             let cell = cells.cell(index).unwrap();
             let Some(rows) = charted_rows(&surface, cells, &cell, 2).unwrap() else { continue };
-            for (.., row) in rows {
+            for ChartedRow { row, .. } in rows {
                 let each =
                     row.iter().zip(&cell.vertices).map(|(c, &v)| *c * surface.cage().points()[v].coords);
                 bent += each.clone().sum::<Vector>().norm_squared();
@@ -133,7 +133,7 @@ fn levels(surface: &dyn Shape) -> BTreeMap<i32, f64> {
         let cell = cells.cell(index).unwrap();
         let Some(rows) = charted_rows(surface, cells, &cell, 2).unwrap() else { continue };
         let level = -(cell.sides[0].end - cell.sides[0].start).log2().round() as i32;
-        for (.., row) in rows {
+        for ChartedRow { row, .. } in rows {
             let sum: Vector =
                 row.iter().zip(&cell.vertices).map(|(c, &v)| surface.control_vertices()[v].coords * *c).sum();
             *levels.entry(level).or_insert(0.0) += sum.norm_squared();
