@@ -204,7 +204,15 @@ impl FineTuneSurface {
         }
         if self.region == [None; 2] {
             self.scaling.check_domains(&self.surface)?;
-            return self.whole(&self.surface, self.scaling.clone(), self.continuity.unwrap_or(0));
+            let mut tuned = self.whole(&self.surface, self.scaling.clone(), self.continuity.unwrap_or(0))?;
+            let both = matches!(self.scaling, Scaling::Directional { u: Some(_), v: Some(_) });
+            if both && self.ends == [Ends::Exact; 2] {
+                tuned.report.notes.push(
+                    "the corners stay; each edge is tuned along itself, and moves: tune one direction after the other, by an alpha of u and v, to keep edges"
+                        .into(),
+                );
+            }
+            return Ok(tuned);
         }
         self.check_region()?;
         let given = patch(&self.surface, &self.region)?;

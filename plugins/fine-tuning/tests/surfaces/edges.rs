@@ -67,6 +67,15 @@ fn exact_edges_by_one_function() {
         let off = tuned.surface().point(u, v).unwrap() - extruded.point(u, v).unwrap();
         assert!(off.norm() < 1e-11, "{u} {v}");
     }
+    // Between the corners an edge moves, and that is said; not where one direction is tuned.
+    let edge = tuned.surface().point(3.0, 0.0).unwrap() - extruded.point(3.0, 0.0).unwrap();
+    assert!(
+        edge.norm() > 1e-3
+            && tuned.report().notes.iter().any(|note| note.contains("edge is tuned along itself"))
+    );
+    let alpha = any_line(&extruded, U, &mut random);
+    let one = FineTuneSurface::new(&extruded, Scaling::u(alpha)).solve().unwrap();
+    assert!(!one.report().notes.iter().any(|note| note.contains("edge")));
     let wild = shaped(u, v, &mut random);
     let error = FineTuneSurface::new(&wild, Scaling::u(any_line(&wild, U, &mut random))).solve().unwrap_err();
     assert!(matches!(error, FineTuneError::Edges { equations: 8, values: 8, .. }), "{error}");
