@@ -90,7 +90,7 @@ impl Before {
                 None if known_before.contains(&Arc::as_ptr(after)) => {}
                 before => {
                     let change = change(object.name(), before, Some(after), known);
-                    report.warnings.extend(collapsed(&change));
+                    report.warnings.extend(collapsed(&change, before.map(Arc::as_ref), after));
                     report.objects.push(change);
                 }
             }
@@ -114,8 +114,24 @@ impl Before {
 /// Of its length or area no more than this share is left of what has collapsed.
 const COLLAPSED: f64 = 1e-9;
 
+/// Whether all points of what was a surface are on one line, and were not.
+fn on_a_line(before: Option<&Geometry>, after: &Geometry) -> bool {
+    let width = |geometry: &Geometry| {
+        let points = geometry.points();
+        let first = points.first()?;
+        let along = points.iter().map(|p| p - first).max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
+        let length = along.norm();
+        let across = points.iter().map(|p| (p - first).cross(&along).norm() / length).fold(0.0, f64::max);
+        Some(if length > 0.0 { across / length } else { 0.0 })
+    };
+    let is_surface = |g: &Geometry| matches!(g, Geometry::Surface(_) | Geometry::Trimmed(_));
+    before.is_some_and(|before| is_surface(before) && width(before).is_some_and(|w| w > COLLAPSED))
+        && is_surface(after)
+        && width(after).is_some_and(|w| w <= COLLAPSED)
+}
+
 /// That nothing is left of an object but a point or a line.
-fn collapsed(change: &ObjectChange) -> Option<String> {
+fn collapsed(change: &ObjectChange, before: Option<&Geometry>, after: &Geometry) -> Option<String> {
     let gone = |measured: Measured| {
         measured
             .before
@@ -125,10 +141,11 @@ fn collapsed(change: &ObjectChange) -> Option<String> {
     let left = match (gone(change.length), gone(change.area)) {
         (true, _) => "a point",
         (_, true) => "a line or a point",
+        _ if on_a_line(before, after) => "a line",
         _ => return None,
     };
     Some(format!(
-        "{:?} has shrunk to {left}, which also meets what is asked: keep something of its size as well (`length`, `area`, its ends)",
+        "{:?} has shrunk to {left}, which also meets what is asked: ask for something else, or, where constraints are asked for, for something of its size as well (`length`, `area`, its ends)",
         change.name
     ))
 }

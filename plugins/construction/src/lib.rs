@@ -35,7 +35,9 @@ pub use primitives::{Arc, Circle, Ellipse, Line, PolylineOf, arc_through};
 pub use revolve::Revolve;
 pub use sample::{Sample, Sampled, Spread, spread};
 pub use sweep::{Mitre, Sweep, Swept, Turning, sweep};
-pub use symmetrize::{Half, Mirror, Symmetric, Symmetrize, symmetrize, symmetrize_surface};
+pub use symmetrize::{
+    Half, Mirror, Symmetric, Symmetrize, symmetrize, symmetrize_surface, symmetrize_surface_best,
+};
 
 /// Registers the operations.
 #[derive(Debug, Clone, Copy, Default)]

@@ -122,6 +122,16 @@ pub fn symmetrize(curve: &Curve, mirror: &Mirror, half: Half) -> Result<Symmetri
         if cuts.is_empty() && ends.contains(&true) {
             return from_plane(curve, mirror, side, ends);
         }
+    } else {
+        // A knot to rounding is the knot, and the end is the beginning.
+        let slack = IN_PLANE * (end - start);
+        let breaks = curve.space().breakpoints();
+        for at in &mut cuts {
+            let knot = breaks.iter().copied().find(|k| (k - *at).abs() <= slack).unwrap_or(*at);
+            *at = if knot < end { knot } else { start };
+        }
+        cuts.sort_by(f64::total_cmp);
+        cuts.dedup();
     }
     let wanted = if closed { 2 } else { 1 };
     if cuts.len() != wanted {
@@ -207,11 +217,11 @@ fn from_plane(curve: &Curve, mirror: &Mirror, side: f64, ends: [bool; 2]) -> Res
 }
 
 /// A surface made symmetric about a plane, run backwards in a direction in the mirror: with `Half::Both` the mean of itself and its
-/// mirror image, as [`symmetrize`] of all curves along it; else one half and its mirror image. A half ends where the surface cuts the
+/// mirror image, as [`symmetrize`] of all curves along it (begun, where it is closed, where the one in its middle is begun best); else one half and its mirror image. A half ends where the surface cuts the
 /// plane along a line of that parameter, exactly, or it is all of a surface that begins or ends there.
 ///
 /// # Errors
-/// When the direction is periodic: it has no place to begin at. When half of the surface is asked for and it meets the plane along no line
+/// When half of what is periodic in the direction is asked for: it has no place to begin at. When half of the surface is asked for and it meets the plane along no line
 /// of the parameter, or along several.
 pub fn symmetrize_surface(
     surface: &Surface,
@@ -219,18 +229,19 @@ pub fn symmetrize_surface(
     direction: Direction,
     half: Half,
 ) -> Result<Symmetric<Surface>> {
-    if surface.space(direction).is_periodic() {
+    let is_periodic = surface.space(direction).is_periodic();
+    if is_periodic && half != Half::Both {
         let name = if direction == Direction::U { "u" } else { "v" };
         return Err(Error::Invalid(format!(
-            "the surface is periodic in {name} and has no ends there that could mirror one another: split it where the plane cuts it"
+            "the surface is periodic in {name} and has no ends there, one of which a half could begin at: split it where the plane cuts it"
         )));
     }
     let open = surface.convert(direction, &surface.space(direction).clamping()?)?;
-    match half {
-        Half::Both => {}
+    let open = match half {
+        Half::Both => start::begun(&open, mirror, direction)?,
         Half::Front => return halved(&open, mirror, direction, 1.0),
         Half::Back => return halved(&open, mirror, direction, -1.0),
-    }
+    };
     let common = symmetric_space(open.space(direction))?;
     let fine = open.insert_knots(direction, &missing(open.space(direction), &common))?;
     let image = fine.reverse(direction)?;
@@ -243,7 +254,39 @@ pub fn symmetrize_surface(
         points,
         weights,
     )?;
-    Ok(Symmetric { shape, moved: Some(moved) })
+    if !is_periodic {
+        return Ok(Symmetric { shape, moved: Some(moved) });
+    }
+    let size = shape.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+    Ok(Symmetric { shape: shape.to_periodic(direction, 1e-14 * size)?.shape, moved: Some(moved) })
+}
+
+/// [`symmetrize_surface`] in the direction, one of those that can be, in which less of it moves; of a half, the first that the plane cuts rightly.
+///
+/// # Errors
+/// As for [`symmetrize_surface`], where neither direction can be: what is wrong with the first.
+pub fn symmetrize_surface_best(
+    surface: &Surface,
+    mirror: &Mirror,
+    half: Half,
+) -> Result<(Symmetric<Surface>, Direction)> {
+    let both = [Direction::U, Direction::V].map(|way| (symmetrize_surface(surface, mirror, way, half), way));
+    let mut best: Option<(Symmetric<Surface>, Direction)> = None;
+    let mut wrong = None;
+    for (found, way) in both {
+        match found {
+            Ok(found) if best.as_ref().is_none_or(|(known, _)| found.moved < known.moved) => {
+                best = Some((found, way))
+            }
+            Ok(_) => {}
+            Err(error) => wrong = wrong.or(Some(error)),
+        }
+    }
+    match (best, wrong) {
+        (Some(best), _) => Ok(best),
+        (None, Some(error)) => Err(error),
+        (None, None) => Err(Error::Invalid("the surface has no direction".into())),
+    }
 }
 
 /// The half of a surface on one side of the plane (that of the normal where `side` is 1), and its mirror image.
@@ -490,7 +533,7 @@ fn crossing(does: &str, count: usize) -> String {
     }
 }
 
-/// The operation `symmetrize`: [`symmetrize`](fn@symmetrize), [`symmetrize_surface`].
+/// The operation `symmetrize`: [`symmetrize`](fn@symmetrize), [`symmetrize_surface`], [`symmetrize_surface_best`].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Symmetrize;
 
@@ -509,7 +552,7 @@ impl Operation for Symmetrize {
             Field::optional(
                 "direction",
                 "u | v",
-                "u",
+                "that in which less moves",
                 "of a surface: the parameter that runs across the plane",
             ),
         ];
@@ -534,7 +577,9 @@ impl Operation for Symmetrize {
             .map_err(|e| p.error("normal", e.to_string()))?;
         let halves = [("both", Half::Both), ("front", Half::Front), ("back", Half::Back)];
         let half = p.choice_or("half", &halves, Half::Both)?;
-        let along = p.choice_or("direction", &[("u", Direction::U), ("v", Direction::V)], Direction::U)?;
+        let ways = [("u", Direction::U), ("v", Direction::V)];
+        let along = p.has("direction").then(|| p.choice("direction", &ways)).transpose()?;
+        let mut across = None;
         let (geometry, moved): (Geometry, _) = match scene.object(&source)?.geometry() {
             Geometry::Curve(curve) => {
                 if p.has("direction") {
@@ -546,7 +591,14 @@ impl Operation for Symmetrize {
                 (even.shape.into(), even.moved)
             }
             Geometry::Surface(surface) => {
-                let even = symmetrize_surface(surface, &mirror, along, half).map_err(named(&source))?;
+                let even = match along {
+                    Some(along) => symmetrize_surface(surface, &mirror, along, half),
+                    None => symmetrize_surface_best(surface, &mirror, half).map(|(even, way)| {
+                        across = Some(if way == Direction::U { "u" } else { "v" });
+                        even
+                    }),
+                };
+                let even = even.map_err(named(&source))?;
                 (even.shape.into(), even.moved)
             }
             other => {
@@ -562,6 +614,7 @@ impl Operation for Symmetrize {
             }
             None => "one half is kept, and the other is its mirror image".into(),
         }];
+        notes.extend(across.map(|name| format!("{name} runs across the plane")));
         if half == Half::Both {
             notes.extend(one_sided(scene.object(&source)?.geometry().points(), &mirror));
         }

@@ -141,6 +141,10 @@ fn checked(corners: &[Place], away: f64, lines: usize) -> usize {
 fn prolonged_corners_are_cut_against_one_another() {
     // Two triangles that meet in a waist 4 wide, whose corners meet before the sides do.
     let hourglass = [[0.0, 0.0], [20.0, 0.0], [12.0, 10.0], [20.0, 20.0], [0.0, 20.0], [8.0, 10.0]];
+    // Its tips run through one another; no sides are twice the distance apart, and none is said to be.
+    for away in [-1.75, -1.8, -1.95, -2.1] {
+        assert!(!sharp(&hourglass, away).strips, "{away}");
+    }
     let found = outlines(&sharp(&hourglass, -1.8));
     assert_eq!(found.len(), 2);
     // Of lines `x = 2 + 0.8 y` to both sides of the middle, moved inwards, up to `y = 8.2`.

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use loftsman_construction::{Half, Mirror, symmetrize, symmetrize_surface};
+use loftsman_construction::{Half, Mirror, symmetrize, symmetrize_surface, symmetrize_surface_best};
 use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 
@@ -163,7 +163,7 @@ fn surfaces_are_symmetric_along_either_direction() {
     }
     let ring = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap().to_periodic(0.0).unwrap().shape;
     let pipe = Surface::extrusion(&ring, Vector::z()).unwrap();
-    let message = symmetrize_surface(&pipe, &plane, Direction::U, Half::Both).unwrap_err().to_string();
+    let message = symmetrize_surface(&pipe, &plane, Direction::U, Half::Front).unwrap_err().to_string();
     assert!(message.contains("periodic in u"), "{message}");
     assert!(symmetrize_surface(&pipe, &plane, Direction::V, Half::Both).is_ok());
 }
@@ -383,6 +383,79 @@ fn a_closed_curve_begins_where_its_image_fits() {
                     let p = even.shape.point(c + (d - c) * f64::from(k) / 50.0).unwrap();
                     let off = egg.closest(p + Vector::x() * 0.8).unwrap().distance;
                     assert!(off < 1e-9, "{degree} {share}: {off}");
+                }
+            }
+        }
+    }
+}
+
+/// A drum about an axis that the plane holds is symmetric, wherever its seam is, closed or periodic; beside the plane it is moved there. By itself the direction
+/// is the one round it: along its axis it would become the mean of opposite sides, a line.
+#[test]
+fn drums_stay_drums() {
+    for (seam, offset) in
+        [(0.0_f64, 0.0), (0.7, 0.0), (0.0, 1.0), (0.7, 1.0), (std::f64::consts::FRAC_PI_2, 0.3)]
+    {
+        let plane = Mirror::new(Point::new(offset, 0.0, 0.0), Vector::x()).unwrap();
+        let [from, to] = [0.0, 12.0].map(|z| Point::new(10.0 * seam.cos(), 10.0 * seam.sin(), z));
+        let line = Curve::new(Space::clamped_uniform(1, 2).unwrap(), vec![from, to]).unwrap();
+        let drum = Surface::revolution(&line, Point::origin(), Vector::z(), TAU).unwrap();
+        let round = if (drum.isocurve(Direction::U, drum.u().domain().0).unwrap().points().len()) > 2 {
+            Direction::V
+        } else {
+            Direction::U
+        };
+        let ring = drum.to_periodic(round, 1e-12).unwrap().shape;
+        for surface in [&drum, &ring] {
+            let (even, way) = symmetrize_surface_best(surface, &plane, Half::Both).unwrap();
+            assert!(
+                even.moved.unwrap() < 12.0
+                    && even.shape.space(way).is_periodic() == surface.space(round).is_periodic()
+            );
+            assert_eq!(way, round, "{seam} {offset}");
+            let ((a, b), (c, d)) = (even.shape.u().domain(), even.shape.v().domain());
+            for i in 0..=20 {
+                for j in 0..=20 {
+                    let at = |x: f64, y: f64| {
+                        even.shape.point((a + (b - a) * x).min(b), (c + (d - c) * y).min(d)).unwrap()
+                    };
+                    let (x, y) = (f64::from(i) / 20.0, f64::from(j) / 20.0);
+                    let p = at(x, y);
+                    let q = if way == Direction::U { at(1.0 - x, y) } else { at(x, 1.0 - y) };
+                    let image = Point::new(2.0 * offset - p.x, p.y, p.z);
+                    assert!((image - q).norm() < 1e-11, "{seam} {offset}: {p} {q}");
+                    // What begins in the middle of an arc is no circle any more, as a curve's mean with its image, but as near as that is.
+                    let radius = (p.x - offset).hypot(p.y);
+                    assert!(
+                        (radius - 10.0).abs() < if seam == 0.7 { 0.5 } else { 1e-10 },
+                        "{seam} {offset}: {radius}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// A closed curve that begins beside the plane by rounding begins in it.
+#[test]
+fn what_begins_beside_the_plane_by_rounding_begins_in_it() {
+    let plane = Mirror::new(Point::origin(), Vector::x()).unwrap();
+    for degree in [1, 2, 3] {
+        for off in [-1e-15, -1e-16, 0.0, 1e-16, 1e-15] {
+            let around =
+                [[off, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [-1.0, 1.0], [-1.0, 0.0], [off, 0.0]];
+            let points: Vec<Point> = around.iter().map(|p| Point::new(p[0], p[1], 0.0)).collect();
+            let curve = Curve::new(Space::clamped_uniform(degree, 7).unwrap(), points).unwrap();
+            for half in [Half::Front, Half::Back] {
+                let found = symmetrize(&curve, &plane, half).unwrap().shape;
+                let again = symmetrize(&found, &plane, half).unwrap().shape;
+                for shape in [&found, &again] {
+                    let (a, b) = shape.domain();
+                    for k in 0..=40 {
+                        let at = |x: f64| shape.point((a + (b - a) * x).min(b)).unwrap();
+                        let (p, q) = (at(f64::from(k) / 40.0), at(1.0 - f64::from(k) / 40.0));
+                        assert!((Point::new(-p.x, p.y, p.z) - q).norm() < 1e-12, "{degree} {off} {half:?}");
+                    }
                 }
             }
         }

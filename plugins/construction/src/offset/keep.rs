@@ -37,6 +37,8 @@ struct Lost {
 
 /// What is no wider than so many slacks is a strip of no width: well above what rounding makes of twice the distance.
 const STRIP: f64 = 4.0;
+/// A strip that is worth a word is longer than this part of the distance.
+const LONG: f64 = 1e-3;
 
 /// Goes along each element by steps no longer than the rest of the curve (all but the piece itself, or those at a corner) is further away than
 /// the distance `d`: on the way it cannot come nearer than that. What comes nearer by `ε` does so over `2 √(2 d ε)` at least; steps
@@ -95,6 +97,7 @@ pub(super) fn kept(
         let mut from = a;
         kept.cut += usize::from(before && !last.1);
         let mut t = a;
+        let mut strip: Option<Point> = None;
         while t < b {
             *looked += 1;
             if *looked > most_places {
@@ -124,10 +127,16 @@ pub(super) fn kept(
                     t = a + event;
                 }
             }
-            let was_strip = sure.is_some_and(|lost| lost.strip);
             sure = lost(t)?;
-            // Where two only cross, one place at most is seen so.
-            kept.strips |= was_strip && sure.as_ref().is_some_and(|lost| lost.strip);
+            // Where two cross, or one enters the tip of a corner, it is so over a few slacks.
+            match sure.as_ref().is_some_and(|lost| lost.strip) {
+                false => strip = None,
+                true => {
+                    let here = element.place(job, t)?.point;
+                    let began = *strip.get_or_insert(here);
+                    kept.strips |= (here - began).norm() > LONG * away;
+                }
+            }
             let here = (t, sure.is_none());
             if here.1 != last.1 {
                 let edge = edge(last, here, &valid)?;

@@ -5,10 +5,10 @@
 //! sign of `F'(s) = -2 Σ (C(t) - M C(s - t))·M C'(s - t)`.
 
 use loftsman_kernel::error::Result;
-use loftsman_kernel::spline::Curve;
+use loftsman_kernel::spline::{Curve, Direction, Surface};
 use loftsman_kernel::{Point, Vector};
 
-use super::Mirror;
+use super::{IN_PLANE, Mirror, crossings, long};
 
 /// Places on the curve, at least and at most; four of each span between.
 const PLACES: [usize; 2] = [256, 1024];
@@ -97,4 +97,38 @@ pub(super) fn best(curve: &Curve, mirror: &Mirror) -> Result<f64> {
     let first_is_better = rank(first).partial_cmp(&rank(second)).is_none_or(std::cmp::Ordering::is_le);
     let at = if first_is_better { first } else { second };
     Ok(if off_start(at) <= near { a } else { knot(at).unwrap_or(at) })
+}
+
+/// A clamped surface that is closed in a direction, begun where the curve in its middle is begun best; any other as it is.
+pub(super) fn begun(surface: &Surface, mirror: &Mirror, direction: Direction) -> Result<Surface> {
+    let size = surface.points().iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+    let (low, high) = surface.space(direction.other()).domain();
+    // At a pole there is nothing to see: the longest of a few.
+    let mut line: Option<(f64, Curve)> = None;
+    for share in [0.5, 0.25, 0.75] {
+        let curve = surface.isocurve(direction.other(), low * (1.0 - share) + high * share)?;
+        let reach = curve.points().iter().map(|p| long(&(p - curve.points()[0]))).fold(0.0, f64::max);
+        if line.as_ref().is_none_or(|(most, _)| reach > *most) {
+            line = Some((reach, curve));
+        }
+    }
+    let Some((_, line)) = line else { return Ok(surface.clone()) };
+    let (a, b) = surface.space(direction).domain();
+    let [first, last] = [surface.isocurve(direction, a)?, surface.isocurve(direction, b)?];
+    let near = 64.0 * f64::EPSILON * size;
+    let closed = first.points().iter().zip(last.points()).all(|(p, q)| long(&(p - q)) <= near);
+    if !closed || crossings(&line, mirror)?.is_empty() {
+        return Ok(surface.clone());
+    }
+    let at = best(&line, mirror)?;
+    // A knot to rounding is the knot.
+    let slack = IN_PLANE * (b - a);
+    let breaks = surface.space(direction).breakpoints();
+    let at = breaks.iter().copied().find(|k| (k - at).abs() <= slack).unwrap_or(at);
+    if !(a < at && at < b) {
+        return Ok(surface.clone());
+    }
+    let parts = surface.split(direction, at)?;
+    let [before, after] = &parts[..] else { return Ok(surface.clone()) };
+    Ok(after.join(direction, before, near)?.shape)
 }
