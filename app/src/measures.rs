@@ -262,7 +262,7 @@ fn of_mesh(mesh: &Mesh) -> Measures {
 
 /// Where faces of a mesh have no neighbour, or none that fits; `None` where it is watertight.
 fn leaks(mesh: &Mesh) -> Option<Leaks> {
-    let same = welded(mesh.points());
+    let same = mesh.welded();
     // Both ends of an edge, the lower first, and whether a face runs from it to the higher.
     let mut edges: Vec<(u64, bool)> = Vec::with_capacity(mesh.corners().len());
     for face in mesh.faces() {
@@ -292,19 +292,6 @@ fn leaks(mesh: &Mesh) -> Option<Leaks> {
         crowded_edges: crowded.len(),
         at: (a * 0.5 + b * 0.5).into(),
     })
-}
-
-/// For each point the first that has its coordinates.
-fn welded(points: &[Point]) -> Vec<u32> {
-    // 0.0 and -0.0 are one place.
-    let key = |p: &Point| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits);
-    let mut order: Vec<u32> = (0..points.len() as u32).collect();
-    order.sort_unstable_by_key(|&index| (key(&points[index as usize]), index));
-    let mut same = vec![0; points.len()];
-    for run in order.chunk_by(|&a, &b| key(&points[a as usize]) == key(&points[b as usize])) {
-        run.iter().for_each(|&index| same[index as usize] = run[0]);
-    }
-    same
 }
 
 /// How many connected sets edges make.

@@ -168,6 +168,22 @@ impl Mesh {
         Ok(())
     }
 
+    /// For each point the first that has its coordinates: files that keep normals by point have several in one place. `O(n log n)`.
+    pub fn welded(&self) -> Vec<u32> {
+        // 0.0 and -0.0 are one place.
+        let key = |k: u32| {
+            let p = &self.points[k as usize];
+            [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits)
+        };
+        let mut order: Vec<u32> = (0..self.points.len() as u32).collect();
+        order.sort_unstable_by_key(|&index| (key(index), index));
+        let mut same = vec![0; order.len()];
+        for run in order.chunk_by(|&a, &b| key(a) == key(b)) {
+            run.iter().for_each(|&index| same[index as usize] = run[0]);
+        }
+        same
+    }
+
     /// The unit normal of a face: the direction of its area vector (Newell), taken about its first corner and
     /// scaled so that nothing overflows. `None` for a face without area.
     pub fn face_normal(&self, face: usize) -> Option<Vector> {

@@ -11,13 +11,14 @@ use crate::intersections::Plane;
 ///
 /// A vertex on the plane counts as above it, so that each face is crossed at an even number of edges and what lies in
 /// the plane is bounded by its lower neighbours; where nothing lies below, as below it. Where the plane passes a vertex the section has that vertex, to the last
-/// bit. A face that bends is cut along its edges only. `O(n log n)`.
+/// bit. A face that bends is cut along its edges only. Points in one place are one, as files that keep normals by point have several of. `O(n log n)`.
 pub fn mesh_section(mesh: &Mesh, plane: &Plane) -> Vec<Polyline> {
     let points = mesh.points();
     let mut distances: Vec<f64> = points.iter().map(|p| plane.distance(p)).collect();
     if distances.iter().all(|d| *d >= 0.0) {
         distances.iter_mut().for_each(|d| *d = -*d);
     }
+    let same = mesh.welded();
     // The edges that are crossed, and which of them each is joined to by a face.
     let mut joined: BTreeMap<(u32, u32), Vec<(u32, u32)>> = BTreeMap::new();
     for face in mesh.faces() {
@@ -25,6 +26,7 @@ pub fn mesh_section(mesh: &Mesh, plane: &Plane) -> Vec<Polyline> {
         for (k, &a) in face.iter().enumerate() {
             let b = face[(k + 1) % face.len()];
             if (distances[a as usize] < 0.0) != (distances[b as usize] < 0.0) {
+                let (a, b) = (same[a as usize], same[b as usize]);
                 crossed.push((a.min(b), a.max(b)));
             }
         }

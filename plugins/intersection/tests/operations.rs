@@ -47,6 +47,11 @@ fn meshes_are_cut_in_loops() {
         assert!(cut.len() == 1 && cut[0].closed && round(&cut[0].points) == 4.0, "{z}: {cut:?}");
         assert!(cut[0].points.iter().all(|p| p.z == z), "{cut:?}");
     }
+    // With points of its own for each face, as where normals are kept by point.
+    let apart: Vec<Point> = cube.corners().iter().map(|&c| cube.points()[c as usize]).collect();
+    let faces: Vec<Vec<usize>> = (0..cube.face_count()).map(|k| (4 * k..4 * k + 4).collect()).collect();
+    let cut = mesh_section(&Mesh::new(apart, &faces).unwrap(), &plane([0.5; 3], [1.0; 3]));
+    assert!(cut.len() == 1 && cut[0].closed && cut[0].points.len() == 6, "{cut:?}");
     let open = Mesh::new(cube.points().to_vec(), &[[0, 1, 5, 4], [1, 3, 7, 5]]).unwrap();
     let cut = mesh_section(&open, &plane([0.0, 0.0, 0.5], [0.0, 0.0, 1.0]));
     assert!(cut.len() == 1 && !cut[0].closed && cut[0].points.len() == 3, "{cut:?}");
