@@ -1,7 +1,9 @@
 //! Meetings of every degree from 1 to 5, of conics and elementary surfaces, and tangencies, against OpenCASCADE: `golden/hits.py` made the numbers.
 #![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
 
-use loftsman_intersection::{Contact, Intersections, Options, Plane, curve_surface, curves, section};
+use loftsman_intersection::{
+    Contact, Intersections, Options, Plane, curve_plane, curve_surface, curves, section,
+};
 use loftsman_kernel::Point;
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use serde_json::Value;
@@ -127,6 +129,23 @@ fn curves_meet_surfaces_of_all_kinds_where_opencascade_finds_it() {
         told.compare(&case, &curve_surface(&a, &b, &Options::default()).unwrap());
     }
     told.done([54, 150, 3]);
+}
+
+#[test]
+fn curves_meet_planes_where_opencascade_finds_it() {
+    let mut told = Told::default();
+    for case in golden("planes") {
+        let own = curve(&case["a"]);
+        let plane = Plane::new(point(&case["b"]["point"]), point(&case["b"]["normal"]).coords).unwrap();
+        let found = curve_plane(&own, &plane, &Options::default()).unwrap();
+        // The parameter told is that of the place told.
+        for m in &found.meetings {
+            let off = (own.point(m.at).unwrap() - m.point).norm();
+            assert!(off <= 1e-12, "{} at {}: {off:.1e}", case["name"], m.at);
+        }
+        told.compare(&case, &found);
+    }
+    told.done([42, 100, 6]);
 }
 
 #[test]
