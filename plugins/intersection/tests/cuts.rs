@@ -42,16 +42,18 @@ struct Told {
     lengths: usize,
     areas: usize,
     points: usize,
-    /// Lengths and areas held to a millionth and better.
+    /// Lengths and areas held to a millionth and better, and those that are so near.
     within_a_millionth: usize,
+    near_a_millionth: usize,
     wrong: Vec<String>,
 }
 
 impl Told {
-    /// Holds a section, its lengths to be multiplied by `unit`, against a case. `off` is by how much the solid's edges are off its faces: where these
-    /// are cut, one end at the edge and one at the face.
-    fn compare(&mut self, name: &str, case: &Value, found: &ShellSection, unit: f64, off: f64) {
+    /// Holds a section, its lengths to be multiplied by `unit`, against a case. The file tells, by OpenCASCADE, how far the solid's edges are `off` its
+    /// faces where the plane passes them: one of the two has its corner at the edge, the other on a face.
+    fn compare(&mut self, name: &str, case: &Value, found: &ShellSection, unit: f64) {
         self.cuts += 1;
+        let off = case.get("off").map_or(0.0, |off| off.as_f64().unwrap());
         let mut wrong = |problem: String| {
             self.wrong.push(format!("{name} {} {}: {problem}", case["point"], case["normal"]));
         };
@@ -65,15 +67,19 @@ impl Told {
         let fine_length = 1e-3 * found.tolerance;
         let length: f64 = found.curves.iter().map(|c| c.curve.length(fine_length).unwrap().value).sum();
         let (length, area) = (length * unit, found.area.unwrap() * unit * unit);
-        // All of a loop may be as far off as it is at most.
-        let fine = found.curves.iter().map(|c| c.distance).fold(0.0, f64::max) * unit;
+        // All of a loop may be as far off as it is at most. What it was moved by to lie in the plane is added: some hundredths of what was asked for.
+        let fine = found.curves.iter().map(|c| c.distance).fold(0.0, f64::max);
+        if fine > 1.05 * found.tolerance {
+            wrong(format!("{fine:e} off, where {:e} is asked for", found.tolerance));
+        }
+        let fine = fine * unit;
         let around = TAU * fine * found.curves.len() as f64;
         let crossed = found.curves.iter().map(|c| c.faces.len()).sum::<usize>() as f64;
         let slacks = [around + 2.0 * off * crossed, (fine + off) * length];
         for (k, (key, ours)) in [("length", length), ("area", area)].into_iter().enumerate() {
             let Some(theirs) = case[key].as_f64() else { continue };
             let unsure = case["unsure"][k].as_f64().unwrap_or(0.0);
-            let allowed = NEAR * theirs + unsure + slacks[k];
+            let allowed = (NEAR * theirs + unsure + slacks[k]).min(MOST * theirs);
             if (ours - theirs).abs() > allowed {
                 wrong(format!(
                     "{key} {ours}, not {theirs}: {:.1e} where {allowed:.1e} is allowed",
@@ -81,6 +87,7 @@ impl Told {
                 ));
             }
             self.within_a_millionth += usize::from(allowed <= 1e-6 * theirs);
+            self.near_a_millionth += usize::from((ours - theirs).abs() <= 1e-6 * theirs);
             if k == 0 { self.lengths += 1 } else { self.areas += 1 }
         }
         let mut bounds: Option<(Point, Point)> = None;
@@ -109,6 +116,8 @@ impl Told {
 
 /// Relative: what OpenCASCADE's integrals and its edges (drawn through places of the section) are good for.
 const NEAR: f64 = 1e-7;
+/// Relative: whatever a file and a section say that they are off by, no more is allowed.
+const MOST: f64 = 1e-5;
 /// Of the size of a solid: the tolerance that sections are asked for with.
 const FINE: f64 = 1e-7;
 
@@ -135,24 +144,19 @@ fn sections_of_files_are_those_of_opencascade() {
             };
             let brep =
                 breps.iter().find(same).unwrap_or_else(|| panic!("{name} {number}: none of volume {volume}"));
-            let error = |face: usize| {
-                brep.parameter_curves(face).unwrap().iter().flatten().map(|c| c.error).fold(0.0, f64::max)
-            };
-            let errors: Vec<f64> = (0..brep.face_count()).map(error).collect();
             let size = (point(&solid["high"]) - point(&solid["low"])).norm() / unit;
             for case in list(&solid["cuts"]) {
                 let plane = Plane::new(point(&case["point"]) / unit, vector(&case["normal"])).unwrap();
                 let found = brep_section(brep, &plane, &Options::within(FINE * size)).unwrap();
-                let passed = found.curves.iter().flat_map(|c| &c.faces);
-                let off = passed.map(|&face| errors[face]).fold(0.0, f64::max) * unit;
-                told.compare(&format!("{name} {number}"), case, &found, unit, off);
+                told.compare(&format!("{name} {number}"), case, &found, unit);
             }
         }
     }
     assert!(told.wrong.is_empty(), "{}", told.wrong.join("\n"));
     println!("{told:?}");
+    assert_eq!([told.cuts, told.lengths, told.areas], [98, 98, 89], "{told:?}");
     assert!(
-        told.cuts >= 98 && told.areas >= 97 && told.within_a_millionth >= 100 && told.points >= 1000,
+        told.within_a_millionth >= 115 && told.near_a_millionth >= 184 && told.points >= 1000,
         "{told:?}"
     );
 }
@@ -219,7 +223,7 @@ fn sections_of_round_solids_have_closed_forms() {
     for case in list(&golden()["round"]) {
         let plane = Plane::new(point(&case["point"]), vector(&case["normal"])).unwrap();
         let found = brep_section(&round(case), &plane, &Options::within(1e-8)).unwrap();
-        told.compare(&case["kind"].to_string(), case, &found, 1.0, 0.0);
+        told.compare(&case["kind"].to_string(), case, &found, 1.0);
     }
     assert!(told.wrong.is_empty(), "{}", told.wrong.join("\n"));
     assert!(told.cuts >= 26 && told.within_a_millionth >= 50, "{told:?}");

@@ -77,6 +77,9 @@ fn curves_meet_themselves_where_opencascade_finds_it() {
         assert!(found.is_complete() && found.overlaps.is_empty());
         let off = found.meetings.iter().map(|m| own.closest(m.point).unwrap().distance).fold(0.0, f64::max);
         assert!(off <= 1e-9, "{off:e}");
+        // Each once: as many as its dense chords cross, which lists both chords of a crossing.
+        let twice = chord_crossings(&own, &own).len();
+        assert_eq!(2 * found.meetings.len(), twice, "{:?}", found.meetings);
         let theirs = points(&case["points"]);
         compare(&theirs, &found.meetings, &mut more);
         count += theirs.len();

@@ -1,8 +1,11 @@
 //! Meetings of every degree from 1 to 5, of conics and elementary surfaces, and tangencies, against OpenCASCADE: `golden/hits.py` made the numbers.
 #![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
 
-use loftsman_intersection::{Contact, Intersections, Options, Plane, curve_surface, curves, section};
+use loftsman_intersection::{
+    Contact, Intersections, Options, Plane, curve_plane, curve_surface, curves, section,
+};
 use loftsman_kernel::Point;
+use loftsman_kernel::shape::Location;
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use serde_json::Value;
 
@@ -52,6 +55,23 @@ struct Told {
 }
 
 impl Told {
+    /// Holds the parameters of meetings against their places: `at` on the first, `with` on the second, which gives a point for it.
+    fn at_and_with(
+        &mut self,
+        first: &Curve,
+        found: &Intersections,
+        second: impl Fn(Location) -> Option<Point>,
+    ) {
+        for m in &found.meetings {
+            let at = (first.point(m.at).unwrap() - m.point).norm();
+            let with = m.with.and_then(&second).map_or(f64::INFINITY, |p| (p - m.point).norm());
+            if at > 1e-12 || with > found.tolerance {
+                self.wrong
+                    .push(format!("{m:?}: its parameters are those of places {at:.1e}, {with:.1e} away"));
+            }
+        }
+    }
+
     fn compare(&mut self, case: &Value, found: &Intersections) {
         self.cases += 1;
         let name = &case["name"];
@@ -94,13 +114,23 @@ impl Told {
     }
 }
 
+fn on_curve(curve: &Curve) -> impl Fn(Location) -> Option<Point> {
+    move |with| match with {
+        Location::Curve(t) => curve.point(t).ok(),
+        _ => None,
+    }
+}
+
 #[test]
 fn planar_curves_and_conics_meet_where_opencascade_finds_it() {
     let mut told = Told::default();
     for case in golden("planar") {
         let (a, b) = (curve(&case["a"]), curve(&case["b"]));
-        told.compare(&case, &curves(&a, &b, &Options::default()).unwrap());
-        told.compare(&case, &curves(&b, &a, &Options::default()).unwrap());
+        for (a, b) in [(&a, &b), (&b, &a)] {
+            let found = curves(a, b, &Options::default()).unwrap();
+            told.compare(&case, &found);
+            told.at_and_with(a, &found, on_curve(b));
+        }
     }
     told.done([88, 250, 20]);
 }
@@ -113,6 +143,7 @@ fn curves_in_space_meet_where_opencascade_finds_it() {
         let options = Options::within(1e-7);
         let found = curves(&a, &b, &options).unwrap();
         told.compare(&case, &found);
+        told.at_and_with(&a, &found, on_curve(&b));
         let near = found.meetings.iter().map(|m| (m.point - point(&case["known"])).norm());
         assert!(near.fold(f64::INFINITY, f64::min) <= 1e-7, "{}", case["name"]);
     }
@@ -124,9 +155,31 @@ fn curves_meet_surfaces_of_all_kinds_where_opencascade_finds_it() {
     let mut told = Told::default();
     for case in golden("surfaces") {
         let (a, b) = (curve(&case["a"]), surface(&case["b"]));
-        told.compare(&case, &curve_surface(&a, &b, &Options::default()).unwrap());
+        let found = curve_surface(&a, &b, &Options::default()).unwrap();
+        told.compare(&case, &found);
+        told.at_and_with(&a, &found, |with| match with {
+            Location::Surface(u, v) => b.point(u, v).ok(),
+            _ => None,
+        });
     }
     told.done([54, 150, 3]);
+}
+
+#[test]
+fn curves_meet_planes_where_opencascade_finds_it() {
+    let mut told = Told::default();
+    for case in golden("planes") {
+        let own = curve(&case["a"]);
+        let plane = Plane::new(point(&case["b"]["point"]), point(&case["b"]["normal"]).coords).unwrap();
+        let found = curve_plane(&own, &plane, &Options::default()).unwrap();
+        // The parameter told is that of the place told.
+        for m in &found.meetings {
+            let off = (own.point(m.at).unwrap() - m.point).norm();
+            assert!(off <= 1e-12, "{} at {}: {off:.1e}", case["name"], m.at);
+        }
+        told.compare(&case, &found);
+    }
+    told.done([42, 100, 6]);
 }
 
 #[test]

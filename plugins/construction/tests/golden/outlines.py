@@ -7,7 +7,7 @@ A wire is a list of pieces one behind the other: `line` from a point to a point,
 vertices, weights and knots. `away` is outwards of closed ones, to the right of open ones where positive. OpenCASCADE's `BRepOffsetAPI_MakeOffset` moves it,
 with `GeomAbs_Arc` for round and `GeomAbs_Intersection` for sharp corners, and is held against what becomes of many chords: closed ones by shapely's
 `buffer` or, like open ones, by keeping of all moved places those that nothing is nearer to. Where it refuses, or what it gives has another number of loops, length or
-area than theirs, or places at another distance, the case is left out, and `left_out` counts it. A loop inside another is a hole.
+area than theirs, or places at another distance, the case is left out, whichever of the two is wrong, and `left_out` counts it. A loop inside another is a hole.
 """
 import collections
 import json

@@ -4,10 +4,10 @@
 It takes the Python of scripts/oracles.sh. OpenCASCADE is given conics and elementary surfaces as such; in the file they are the rational splines that it
 makes of them. Of a case there are `points`, what it found, without what is not on both shapes (`off` says how many were not); `touching`,
 which are known since the case is made so that the two touch there; and `count`, how many there are in all, where that is known: of
-planar curves by the crossings of many chords, of elementary surfaces by the changes of side of many places of the curve. `lacks` counts the points that
+planar curves by the crossings of many chords, of elementary surfaces and planes by the changes of side of many places of the curve. `lacks` counts the points that
 OpenCASCADE did not find.
 
-`planar`: Geom2dAPI_InterCurveCurve. `space`: GeomAPI_ExtremaCurveCurve, distances of nothing. `surfaces`: GeomAPI_IntCS. `sections` of surfaces by planes:
+`planar`: Geom2dAPI_InterCurveCurve. `space`: GeomAPI_ExtremaCurveCurve, distances of nothing. `surfaces` and `planes`: GeomAPI_IntCS. `sections` of surfaces by planes:
 BRepAlgoAPI_Section, with the length. Where the surface is straight in one direction, and so has edges, the length is an integral, and OpenCASCADE's stands in
 `theirs`: it is up to 4e-5 off.
 """
@@ -26,7 +26,7 @@ from OCP.BRepAdaptor import BRepAdaptor_Curve  # noqa: E402
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Section  # noqa: E402
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace  # noqa: E402
 from OCP.GCPnts import GCPnts_AbscissaPoint  # noqa: E402
-from OCP.Geom import (Geom_BSplineCurve, Geom_BSplineSurface, Geom_Circle, Geom_ConicalSurface, Geom_CylindricalSurface, Geom_Line,  # noqa: E402
+from OCP.Geom import (Geom_BSplineCurve, Geom_BSplineSurface, Geom_Circle, Geom_ConicalSurface, Geom_CylindricalSurface, Geom_Ellipse, Geom_Line, Geom_Plane,  # noqa: E402
                       Geom_RectangularTrimmedSurface, Geom_SphericalSurface, Geom_ToroidalSurface, Geom_TrimmedCurve)
 from OCP.Geom2d import Geom2d_BSplineCurve, Geom2d_Circle, Geom2d_Ellipse, Geom2d_Line, Geom2d_TrimmedCurve  # noqa: E402
 from OCP.Geom2dAPI import Geom2dAPI_InterCurveCurve, Geom2dAPI_ProjectPointOnCurve  # noqa: E402
@@ -87,7 +87,9 @@ def row(count, knot, times):
 
 
 def written(shape):
-    """A curve or surface as the rational spline that it is."""
+    """A curve or surface as the rational spline that it is; planes as such."""
+    if isinstance(shape, Geom_Plane):
+        return {"point": exact(xyz(shape.Location())), "normal": exact(xyz(shape.Axis().Direction()))}
     if "Surface" in type(shape).__name__:
         if not isinstance(shape, Geom_BSplineSurface):
             shape = GeomConvert.SurfaceToBSplineSurface_s(shape)
@@ -114,6 +116,8 @@ def exact(p):
 
 def distance(shape, p):
     flat = len(p) == 2
+    if isinstance(shape, Geom_Plane):
+        return shape.Pln().Distance(gp_Pnt(*p))
     if "Surface" in type(shape).__name__:
         found = GeomAPI_ProjectPointOnSurf(gp_Pnt(*p), shape)
         return found.LowerDistance() if found.NbPoints() else math.inf
@@ -296,6 +300,44 @@ def surfaces():
     return cases
 
 
+def planes():
+    cases = []
+
+    def add(name, curve, point, normal, touching=(), beside=0.0):
+        """Where it touches, changes of side are counted `beside` it, where these two are not."""
+        plane = Geom_Plane(gp_Pnt(*map(float, point)), gp_Dir(*map(float, normal)))
+        found = GeomAPI_IntCS(curve, plane)
+        sides = (places(curve) - point) @ xyz(plane.Axis().Direction()) > beside
+        points = [xyz(found.Point(k + 1)) for k in range(found.NbPoints())]
+        cases.append(case(name, curve, plane, points, touching, (sides[1:] != sides[:-1]).sum()))
+
+    for p in range(1, 6):
+        for seed in range(2):
+            curve = spline(wave(11, p + 0.37 * seed, False), weights(11, seed) if p > 1 else [1.0] * 11, p)
+            for normal, point in (([1.0, 0.3, -0.2], [4.1, 0.0, 0.0]), ([0.1, 1.0, 0.3], [0.0, 0.2, 0.0]), ([0.2, 0.1, 1.0], [3.0, 0.0, 0.1])):
+                add(f"degree {p}, {seed} and a plane {normal}", curve, point, normal)
+        if p > 1:
+            # A plane along a tangent, from which the curve bends away: its normal is not the one of the curve.
+            t = 0.37 * curve.LastParameter()
+            point, along, bend = xyz(curve.Value(t)), xyz(curve.DN(t, 1)), xyz(curve.DN(t, 2))
+            along /= numpy.linalg.norm(along)
+            bend -= bend @ along * along
+            normal = bend + 0.5 * numpy.cross(along, bend)
+            add(f"degree {p} and a plane that touches", curve, point, normal, [point], -1e-6)
+    axis = gp_Ax2(gp_Pnt(0.7, 0.4, 0.1), gp_Dir(0.4, 1.0, 0.3))
+    for name, curve in (("circle", Geom_Circle(axis, 2.9)), ("ellipse", Geom_Ellipse(axis, 3.1, 1.2))):
+        add(f"{name} and a plane", curve, [0.5, 0.3, 0.2], [0.3, -0.2, 1.0])
+        add(f"{name} and a plane beside it", curve, [0.5, 0.3, 4.2], [0.1, -0.2, 1.0])
+        arc = Geom_TrimmedCurve(curve, 0.3, 2.9)
+        add(f"arc of {'a' if name == 'circle' else 'an'} {name} and a plane", arc, [0.5, 0.3, 0.2], [1.0, -0.2, 0.3])
+        point, bend = xyz(curve.Value(0.8)), xyz(curve.DN(0.8, 2))
+        along = xyz(curve.DN(0.8, 1))
+        along /= numpy.linalg.norm(along)
+        bend -= bend @ along * along
+        add(f"{name} and a plane that touches", curve, point, bend + 0.5 * numpy.cross(along, bend), [point], -1e-6)
+    return cases
+
+
 def ruled(shape, point, normal):
     """The length of a section where the surface is straight in one direction: where the plane is between two rows of vertices follows from how far these are
     from it, along the other direction by chords."""
@@ -347,7 +389,7 @@ def sections():
     return cases
 
 
-golden = {name: made() for name, made in (("planar", planar), ("space", space), ("surfaces", surfaces), ("sections", sections))}
+golden = {name: made() for name, made in (("planar", planar), ("space", space), ("surfaces", surfaces), ("planes", planes), ("sections", sections))}
 rows = [f" {json.dumps(name)}: [\n" + ",\n".join("  " + json.dumps(case, separators=(",", ":")) for case in cases) + "\n ]" for name, cases in golden.items()]
 os.write(_out, ("{\n" + ",\n".join(rows) + "\n}\n").encode())
 os._exit(0)
