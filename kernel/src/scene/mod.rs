@@ -31,7 +31,7 @@ pub use self::definition::Definition;
 pub(crate) use self::geometry::CURVE_OF_POLYLINE;
 pub use self::geometry::Geometry;
 pub use self::layer::{Hidden, Layer, check_layers};
-pub use self::merge::Merged;
+pub use self::merge::{Merged, Side};
 pub use self::object::Object;
 pub use self::placed::{MOST_PLACED, Path, Placed, Placements};
 pub use self::within::Within;
