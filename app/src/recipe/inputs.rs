@@ -60,7 +60,7 @@ impl Inputs {
             let mut content = conversion.read_beside(format.name, &next, observer, registry)?;
             let mut notes = embed_pictures(&mut content.scene, &next, Some(&source))?;
             let merged = scene.merge(&content.scene).map_err(|e| recipe.error(place, e.to_string()))?;
-            notes.extend(merged.notes());
+            notes.extend(merged.notes(|_| "give the recipe a `unit`"));
             let (path, report) = (Source::name(&next).to_owned(), content.report);
             more.push(InputReport { path, format: content.format.name, report, notes });
         }

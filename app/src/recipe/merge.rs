@@ -5,7 +5,7 @@ use std::path::Path;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters, StepReport,
 };
-use loftsman_kernel::scene::Scene;
+use loftsman_kernel::scene::{Scene, Side};
 use serde_json::{Map, Value, json};
 
 use super::inputs::embed_pictures;
@@ -84,7 +84,11 @@ impl Operation for Merge {
             notes.extend(report.notes);
             notes.extend(embed_pictures(&mut other, &input, None).map_err(refused)?);
             let told = merged.merge(&other).map_err(|e| p.error(&place, e.to_string()))?;
-            notes.extend(told.notes());
+            notes.extend(told.notes(|side| match side {
+                Side::First => "give the recipe a `unit`",
+                // The recipe's own is that of its inputs and its numbers.
+                Side::Other => "give this step a `unit`",
+            }));
             let renamed = told.objects.iter().map(|(old, new)| (old.clone(), json!(new)));
             files_told.push(json!({
                 "file": name,

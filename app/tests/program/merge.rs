@@ -47,6 +47,28 @@ fn files_join_the_scene_as_it_is_at_their_step() {
     assert!((points[2].z - 0.005).abs() < 1e-15, "{points:?}");
 }
 
+/// A file without a unit is told with what gives it one, and that does: not the recipe's `unit` where it has one.
+#[test]
+fn the_unit_that_is_missing_is_asked_for_where_it_helps() {
+    let bench = LOFTSMAN.bench();
+    bench.write("points.csv", "0,0,0\n1,2,3\n2,3,5\n");
+    bench.write("beam.loft.json", line("beam", "m", 3.0));
+    let notes = |recipe: &str| {
+        bench.write("r.toml", recipe);
+        bench.json(&["run", "r.toml"])["steps"][0]["notes"].to_string()
+    };
+    let recipe = "unit = 'mm'\noutput = 'o.loft.json'\n[[step]]\nop = 'merge'\nfile = 'points.csv'\n";
+    let told = notes(recipe);
+    assert!(told.contains("no unit") && told.contains("give this step a `unit`"), "{told}");
+    let told = notes(&format!("{recipe}unit = 'mm'\n"));
+    assert!(!told.contains("no unit"), "{told}");
+    let recipe = "output = 'o.loft.json'\n[[step]]\nop = 'merge'\nfile = 'beam.loft.json'\n";
+    let told = notes(&format!("input = 'points.csv'\n{recipe}"));
+    assert!(told.contains("no unit") && told.contains("give the recipe a `unit`"), "{told}");
+    let told = notes(&format!("input = 'points.csv'\nunit = 'mm'\n{recipe}"));
+    assert!(!told.contains("no unit"), "{told}");
+}
+
 #[test]
 fn a_file_that_cannot_join_is_refused_with_its_place() {
     let bench = LOFTSMAN.bench();

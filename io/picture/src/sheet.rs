@@ -112,15 +112,24 @@ pub(crate) enum Sample {
     /// One of a few loose points.
     Spot(Color),
     /// A piece of a face.
-    Face(Color),
-    /// Zebra stripes.
-    Stripes,
-    /// The colours of a scale.
-    Map,
+    Face(Fill),
+    /// A piece of a face, and a line that runs on from it: a mesh with loose lines.
+    Lined(Fill, Stroke),
     /// The number of a label that has no room in the drawing.
     Number(usize),
     /// A mark's glyph.
     Mark(loftsman_kernel::plugin::MarkKind),
+}
+
+/// What faces are filled with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Fill {
+    /// A colour.
+    Plain(Color),
+    /// Zebra stripes.
+    Stripes,
+    /// The colours of a scale.
+    Map,
 }
 
 /// What the reader of a page is caption under it; the sheets of all panels add to it.

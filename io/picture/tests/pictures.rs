@@ -287,6 +287,63 @@ fn frames_of_a_drag_are_dashed_and_the_last_is_the_curve() {
     assert!(of_class(&Picture::of(&scene).drawn(), "frame", "d").is_empty());
 }
 
+/// A line of a mesh below its face is seen from above but for where the face is, in the mesh's colour, and the legend shows both; a mesh of
+/// lines alone is shown by a line.
+#[test]
+fn the_lines_of_a_mesh_are_drawn_as_far_as_no_face_hides_them() {
+    let square = points(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], 1.0);
+    let wire = [-1.0, 0.5, 2.0].map(|x| Point::new(x, 0.5, -1.0));
+    let at: Vec<Point> = square.iter().chain(&wire).copied().collect();
+    let mut both = Mesh::new(at.clone(), &[[0, 1, 2, 3]]).unwrap();
+    both.set_lines(vec![4, 5, 5, 6], vec![0, 2, 4]).unwrap();
+    let mut lines = Mesh::new(at, &[[0; 3]; 0]).unwrap();
+    lines.set_lines(vec![4, 5, 6], vec![0, 3]).unwrap();
+    let drawn = |mesh: &Mesh| {
+        let scene = scene([("m", mesh.clone().into())]);
+        Picture::of(&scene).view(View::Top).drawn()
+    };
+    // How far the parts of a path reach from left to right, together.
+    let length = |svg: &str, class: &str| -> f64 {
+        let data = of_class(svg, class, "d").concat();
+        let pieces = chains(&data);
+        pieces.iter().map(|p| p.iter().map(|q| q[0]).fold(0.0, f64::max) - p[0][0]).sum()
+    };
+    let svg = drawn(&both);
+    let (seen, hidden) = (length(&svg, "line"), length(&svg, "hidden"));
+    assert!((hidden / (seen + hidden) - 1.0 / 3.0).abs() < 0.01, "{seen} {hidden}");
+    let alone = drawn(&lines);
+    assert!(length(&alone, "line") > 50.0 && length(&alone, "hidden") == 0.0, "{alone}");
+    let entries = |svg: &str| {
+        let document = Document::parse(svg).unwrap();
+        let legend = document.descendants().find(|n| n.attribute("id") == Some("legend")).unwrap();
+        let faces = legend.descendants().filter(|n| n.has_tag_name("rect")).count();
+        let sample = |n: &roxmltree::Node<'_, '_>| n.attribute("class") == Some("sample");
+        let strokes = legend.descendants().filter(sample).filter_map(|n| n.attribute("stroke"));
+        (faces, strokes.map(str::to_owned).collect::<Vec<_>>())
+    };
+    let color = of_class(&svg, "line", "stroke");
+    let (faces, strokes) = entries(&svg);
+    assert_eq!((faces, strokes.len()), (1, 2), "the face, its line and what is hidden");
+    assert!(strokes.contains(&color[0]));
+    assert_eq!(entries(&alone), (0, of_class(&alone, "line", "stroke")));
+
+    // Before, and in the frames of an animation, too.
+    let before = scene([("m", lines.clone().into())]);
+    let mut other = lines.clone();
+    other.set_lines(vec![4, 5], vec![0, 2]).unwrap();
+    let after = scene([("m", other.into())]);
+    let svg = Picture::of(&after).before(&before).view(View::Top).drawn();
+    assert!(of_class(&svg, "mesh", "d")[0].contains('L') && length(&svg, "line") > 20.0, "{svg}");
+    let mut object = Object::new("m", lines.clone().into());
+    let moved = |by: f64| lines.points().iter().map(|p| p + Vector::y() * by).collect::<Vec<_>>();
+    object.animation = Some(Animation { rate: 24.0, frames: vec![moved(2.0), moved(1.0), moved(0.0)] });
+    let mut scene = Scene::new();
+    scene.add(object).unwrap();
+    let svg = Picture::of(&scene).view(View::Top).frames(Frames::Fading(2)).drawn();
+    let frames = of_class(&svg, "frame", "d");
+    assert!(frames.len() == 2 && frames.iter().all(|data| chains(data)[0].len() == 2), "{frames:?}");
+}
+
 /// A prism of many sides that moves: its frames are outlines, not dots, and no lines between its faces.
 #[test]
 fn frames_of_a_mesh_are_outlines() {

@@ -35,4 +35,6 @@ pub use operation::{
     Cancelled, Clock, Context, NoClock, Observer, Operation, OperationError, Quiet, StepReport,
 };
 pub use registry::{Plugin, Registry};
-pub use step::{SceneShapes, SeenShapes, ask_once, editable, object_name, put_back, shape_of};
+pub use step::{
+    SceneShapes, SeenShapes, ask_once, editable, object_name, other_object_name, put_back, shape_of,
+};

@@ -7,7 +7,8 @@ use crate::brep::{Brep, Moving};
 use crate::edit::Constraint;
 use crate::error::{Error, Result};
 use crate::functional::{ShapeNames, Shapes, equations_of, value_of};
-use crate::scene::{Geometry, Scene};
+use crate::scene::CURVE_OF_POLYLINE;
+use crate::scene::{Geometry, Object, Scene};
 use crate::shape::Shape;
 use crate::spline::{Curve, Surface, Trimmed};
 use crate::text::{a, clip};
@@ -108,9 +109,12 @@ pub fn shape_of(scene: &Scene, object: &str) -> Result<Box<dyn Shape>> {
         Geometry::Brep(_) => Err(Error::Invalid(format!(
             "\"{object}\" is a brep, whose faces hang together, which this does not keep: \"edit\" and \"drag\" do"
         ))),
+        line @ Geometry::Polyline(_) => {
+            Err(Error::Invalid(format!("\"{object}\" is {}", line.other_than("a curve or surface"))))
+        }
         other => Err(Error::Invalid(format!(
-            "\"{object}\" is {}, not a curve or surface: fit one to it first",
-            a(other.kind())
+            "\"{object}\" is {}: fit one to it first",
+            other.other_than("a curve or surface")
         ))),
     }
 }
@@ -126,18 +130,28 @@ pub fn editable(scene: &Scene) -> impl Fn(&Geometry) -> bool + use<> {
 /// How many objects a message names.
 const NAMED: usize = 8;
 
-/// What to say where no object of a scene fits.
-fn none(scene: &Scene, what: &str) -> String {
-    let (objects, mut there) = (scene.objects(), String::new());
+/// What to say where no object of a scene fits, that `beside` not asked.
+fn none(scene: &Scene, beside: Option<&str>, what: &str) -> String {
+    let mut there = String::new();
+    let objects: Vec<&Object> = scene.objects().iter().filter(|o| Some(o.name()) != beside).collect();
     for (k, object) in objects.iter().take(NAMED).enumerate() {
         let comma = if k > 0 { ", " } else { "" };
         there += &format!("{comma}\"{}\" is {}", clip(object.name()), a(object.geometry().kind()));
     }
-    match objects.len() {
-        0 => format!("the scene has no {what}: it is empty"),
-        count if count > NAMED => format!("the scene has no {what}: {there}, …"),
+    let mut told = match (objects.len(), beside.and_then(|name| scene.get(name))) {
+        (0, None) => format!("the scene has no {what}: it is empty"),
+        (0, Some(only)) => {
+            let (name, kind) = (clip(only.name()), a(only.geometry().kind()));
+            format!("the scene has no {what}: it has only \"{name}\", {kind}")
+        }
+        (count, _) if count > NAMED => format!("the scene has no {what}: {there}, …"),
         _ => format!("the scene has no {what}: {there}"),
+    };
+    let curves = what.split([' ', ',']).any(|word| word == "curve");
+    if curves && objects.iter().any(|o| matches!(o.geometry(), Geometry::Polyline(_))) {
+        told += &format!("; {CURVE_OF_POLYLINE}");
     }
+    told
 }
 
 /// The object that a step is about: the one that its field `object` names, or the only one that `fits`; `what` says
@@ -151,16 +165,41 @@ pub fn object_name(
     fits: impl Fn(&Geometry) -> bool,
     what: &str,
 ) -> Result<String, ParameterError> {
+    named_or_only(scene, parameters, None, fits, what)
+}
+
+/// The same where another object is named already, which does not count: `what` is then the "other" of its kind.
+///
+/// # Errors
+/// As for [`object_name`].
+pub fn other_object_name(
+    scene: &Scene,
+    parameters: &Parameters,
+    beside: &str,
+    fits: impl Fn(&Geometry) -> bool,
+    what: &str,
+) -> Result<String, ParameterError> {
+    named_or_only(scene, parameters, Some(beside), fits, what)
+}
+
+fn named_or_only(
+    scene: &Scene,
+    parameters: &Parameters,
+    beside: Option<&str>,
+    fits: impl Fn(&Geometry) -> bool,
+    what: &str,
+) -> Result<String, ParameterError> {
     if parameters.has("object") {
         let name = parameters.text("object")?;
         scene.object(name).map_err(|e| parameters.error("object", e.to_string()))?;
         return Ok(name.to_owned());
     }
+    let others = scene.objects().iter().filter(|o| Some(o.name()) != beside);
     let fitting: Vec<&str> =
-        scene.objects().iter().filter(|o| fits(o.geometry())).map(|o| o.name()).take(NAMED + 1).collect();
+        others.filter(|o| fits(o.geometry())).map(|o| o.name()).take(NAMED + 1).collect();
     match fitting[..] {
         [only] => Ok(only.to_owned()),
-        [] => Err(parameters.error("", none(scene, what))),
+        [] => Err(parameters.error("", none(scene, beside, what))),
         _ => {
             let named: Vec<String> =
                 fitting.iter().take(NAMED).map(|name| format!("\"{}\"", clip(name))).collect();

@@ -38,6 +38,10 @@ pub enum Geometry {
     Custom(CustomShape),
 }
 
+/// What to do where a curve is wanted and a polyline is there.
+pub(crate) const CURVE_OF_POLYLINE: &str = "the operation \"polyline\" with curve = true, or \"fit\" with degree = 1 and interpolate = true, \
+     makes a curve of a polyline";
+
 impl Geometry {
     /// What it is called in documents: `"curve"`, `"surface"`, `"trimmed"`, `"brep"`, `"mesh"`, `"polyline"`, `"cloud"`,
     /// `"group"`, `"instance"`; of a shape of a plug-in, the name of its kind.
@@ -69,6 +73,16 @@ impl Geometry {
             Self::Polyline(line) => &line.points,
             Self::Cloud(cloud) => &cloud.points,
             Self::Custom(custom) => custom.points(),
+        }
+    }
+
+    /// What it is and what it is not, and what to do about that where an operation does: `"a polyline, not a curve: …"`. `wanted` has its
+    /// article.
+    pub fn other_than(&self, wanted: &str) -> String {
+        let kind = crate::text::a(self.kind());
+        match self {
+            Self::Polyline(_) => format!("{kind}, not {wanted}: {CURVE_OF_POLYLINE}"),
+            _ => format!("{kind}, not {wanted}"),
         }
     }
 

@@ -17,8 +17,17 @@ pub struct Merged {
     pub others: Vec<(&'static str, String, String)>,
     /// Layers of which both scenes say something else: the first scene's word holds.
     pub layers: Vec<String>,
-    /// Whether one of the units is unknown and the other is not, so that numbers stayed as they are.
-    pub unit_unknown: bool,
+    /// Which of the units is unknown where the other is not, so that numbers stayed as they are.
+    pub without_unit: Option<Side>,
+}
+
+/// One of the two scenes of a merge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// The one that takes over what the other holds.
+    First,
+    /// The one that is taken over.
+    Other,
 }
 
 impl Scene {
@@ -34,9 +43,12 @@ impl Scene {
     /// scene stays as it was.
     pub fn merge(&mut self, other: &Self) -> Result<Merged> {
         other.check()?;
-        let unit_unknown =
-            self.unit != other.unit && (self.unit.metres().is_none() || other.unit.metres().is_none());
-        let mut told = Merged { unit_unknown, ..Merged::default() };
+        let without_unit = match (self.unit.metres(), other.unit.metres()) {
+            (None, Some(_)) => Some(Side::First),
+            (Some(_), None) => Some(Side::Other),
+            _ => None,
+        };
+        let mut told = Merged { without_unit, ..Merged::default() };
         let other = other.converted(self.unit, self.up)?;
         let mut scene = self.clone();
         for layer in &other.layers {
@@ -171,8 +183,8 @@ impl Merged {
         }
     }
 
-    /// What there is to say, for reports; so many names at most are told one by one.
-    pub fn notes(&self) -> Vec<String> {
+    /// What there is to say, for reports; so many names at most are told one by one. Where a unit is missing, `remedy` is what to do.
+    pub fn notes(&self, remedy: impl FnOnce(Side) -> &'static str) -> Vec<String> {
         const TOLD: usize = 5;
         let mut notes = Vec::new();
         let mut renamed = |what: &str, pairs: Vec<(&String, &String)>| {
@@ -193,11 +205,13 @@ impl Merged {
                 "the layer \"{layer}\" is in both files: colour and visibility are the first one's"
             ));
         }
-        if self.unit_unknown {
-            notes.push(
-                "one of the files has no unit: its numbers are taken as they are; give the recipe a `unit`"
-                    .into(),
-            );
+        if let Some(side) = self.without_unit {
+            let whose = match side {
+                Side::First => "what was there before",
+                Side::Other => "the file",
+            };
+            let remedy = remedy(side);
+            notes.push(format!("{whose} has no unit: the numbers of both are taken as they are; {remedy}"));
         }
         notes
     }
@@ -256,7 +270,7 @@ mod tests {
                 }
             }
             assert_eq!(scene.placed_count().unwrap(), 2 * sample.placed_count().unwrap());
-            assert!(!told.notes().is_empty());
+            assert!(!told.notes(|_| "").is_empty());
         }
     }
 
@@ -272,7 +286,14 @@ mod tests {
         assert_eq!(told, Merged::default());
         second.unit = Unit::Unknown;
         let told = first.merge(&second).unwrap();
-        assert!(told.unit_unknown && told.notes().iter().any(|note| note.contains("no unit")));
+        assert_eq!(told.without_unit, Some(Side::Other));
+        let notes = told.notes(|side| if side == Side::Other { "say it" } else { "not this" });
+        assert!(
+            notes.iter().any(|note| note.starts_with("the file has no unit") && note.ends_with("; say it"))
+        );
+        second.unit = Unit::Metre;
+        first.unit = Unit::Unknown;
+        assert_eq!(first.merge(&second).unwrap().without_unit, Some(Side::First));
     }
 
     #[test]

@@ -28,9 +28,10 @@ use crate::spline::{Curve, Surface};
 use crate::text::a;
 
 pub use self::definition::Definition;
+pub(crate) use self::geometry::CURVE_OF_POLYLINE;
 pub use self::geometry::Geometry;
 pub use self::layer::{Hidden, Layer, check_layers};
-pub use self::merge::Merged;
+pub use self::merge::{Merged, Side};
 pub use self::object::Object;
 pub use self::placed::{MOST_PLACED, Path, Placed, Placements};
 pub use self::within::Within;
@@ -106,7 +107,7 @@ impl Scene {
     pub fn curve(&self, name: &str) -> Result<&Curve> {
         match self.object(name)?.geometry() {
             Geometry::Curve(curve) => Ok(curve),
-            other => Err(Error::Invalid(format!("\"{name}\" is {}, not a curve", a(other.kind())))),
+            other => Err(Error::Invalid(format!("\"{name}\" is {}", other.other_than("a curve")))),
         }
     }
 

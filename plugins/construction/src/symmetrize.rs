@@ -9,7 +9,7 @@ use loftsman_kernel::plugin::{
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
-use loftsman_kernel::text::{a, without_rounding};
+use loftsman_kernel::text::without_rounding;
 use loftsman_kernel::{Point, Vector};
 
 use crate::fields::{direction, figure, long, made, named, point_or_origin};
@@ -602,7 +602,7 @@ impl Operation for Symmetrize {
                 (even.shape.into(), even.moved)
             }
             other => {
-                let problem = format!("\"{source}\" is {}: name a curve or a surface", a(other.kind()));
+                let problem = format!("\"{source}\" is {}", other.other_than("a curve or a surface"));
                 return Err(p.error("object", problem).into());
             }
         };

@@ -144,7 +144,7 @@ fn wrong_fields_are_told() {
             "meets the plane nowhere: to keep one half, it is to meet it once",
         ),
         ("symmetrize", json!({ "object": "torus" }), "\"torus\": the surface is periodic in u"),
-        ("symmetrize", json!({ "object": "dots" }), "name a curve or a surface"),
+        ("symmetrize", json!({ "object": "dots" }), "is a cloud, not a curve or a surface"),
         (
             "symmetrize",
             json!({ "object": "line", "normal": [0, 0, 0] }),
@@ -223,4 +223,34 @@ fn a_spike_of_a_sweep_is_warned_of() {
         "{said}"
     );
     assert!(said.contains("split the path"), "{said}");
+}
+
+/// Where a curve is wanted and a polyline is there, the message says what makes a curve of it, and that does.
+#[test]
+fn a_polyline_is_refused_with_the_way_to_a_curve() {
+    let way = "the operation \"polyline\" with curve = true, or \"fit\" with degree = 1 and interpolate = true, makes a curve of a polyline";
+    let points = json!([[1, 0, 0], [2, 0, 0], [2, 0, 3]]);
+    let mut lines = Scene::new();
+    run(&mut lines, "polyline", json!({ "points": points, "name": "way" })).unwrap();
+    let mut both = lines.clone();
+    run(&mut both, "circle", json!({ "radius": 1, "name": "c" })).unwrap();
+    for (scene, op, fields) in [
+        (&both, "sweep", json!({ "object": "c", "path": "way" })),
+        (&both, "sweep", json!({ "object": "way", "path": "c" })),
+        (&both, "revolve", json!({ "object": "way" })),
+        (&both, "symmetrize", json!({ "object": "way" })),
+        (&lines, "revolve", json!({})),
+        (&lines, "symmetrize", json!({})),
+    ] {
+        let told = run(&mut scene.clone(), op, fields).unwrap_err();
+        assert!(told.contains("\"way\" is a polyline") && told.contains(way), "{op}: {told}");
+    }
+    // Where a polyline would do it is not sent away.
+    let mut dots = scene();
+    dots.retain(|object| object.name() == "dots");
+    let told = run(&mut dots, "sample", json!({ "count": 5 })).unwrap_err();
+    assert!(told.contains("\"dots\" is a cloud") && !told.contains(way), "{told}");
+    let mut made = Scene::new();
+    run(&mut made, "polyline", json!({ "points": points, "name": "way", "curve": true })).unwrap();
+    run(&mut made, "revolve", json!({ "object": "way" })).unwrap();
 }

@@ -41,7 +41,7 @@ pub(crate) fn not_a_spline(name: &str, geometry: &Geometry) -> Error {
                  \"edit\" and \"drag\" move it"
             )
         }
-        other => format!("\"{name}\" is {}, not a curve or surface", a(other.kind())),
+        other => format!("\"{name}\" is {}", other.other_than("a curve or surface")),
     })
 }
 

@@ -162,7 +162,7 @@ impl Operation for FitPoints {
             (fitted.curve, report)
         };
         if !parameters.has("corners") {
-            report.notes.extend(corner(points, closed, parameters.flag("interpolate")?));
+            report.notes.extend(corner(points, closed, parameters)?);
         }
         let report = StepReport { op: DECLARATION.name.into(), object: Some(name.to_owned()), ..report };
         scene.replace(name, curve)?;
@@ -170,8 +170,13 @@ impl Operation for FitPoints {
     }
 }
 
-/// What to say where the points turn too sharply for a smooth curve: the sharpest corner, and what to do.
-fn corner(points: &[Point], closed: bool, interpolates: bool) -> Option<String> {
+/// What to say where the points turn too sharply for the curve: the sharpest corner, and what to do. One of degree 1 through all points
+/// has all corners that they have.
+fn corner(points: &[Point], closed: bool, parameters: &Parameters) -> Result<Option<String>, ParameterError> {
+    let (interpolates, straight) = (parameters.flag("interpolate")?, degree_of(parameters)? == 1);
+    if interpolates && straight {
+        return Ok(None);
+    }
     let n = points.len();
     let turn = |k: usize| {
         let before = points[k] - points[(k + n - 1) % n];
@@ -183,7 +188,7 @@ fn corner(points: &[Point], closed: bool, interpolates: bool) -> Option<String> 
     let range = if closed { 0..n } else { 1..n.saturating_sub(1) };
     let (angle, k) = range.map(|k| (turn(k), k)).fold((0.0, 0), |m, t| if t.0 > m.0 { t } else { m });
     if angle < CORNER {
-        return None;
+        return Ok(None);
     }
     let advice = match (closed, k) {
         _ if interpolates => {
@@ -194,10 +199,13 @@ fn corner(points: &[Point], closed: bool, interpolates: bool) -> Option<String> 
         }
         _ => "corners = \"auto\", or an angle in degrees, keeps such corners",
     };
-    Some(format!(
-        "the points turn by {:.0}° at point {k}, which a smooth curve can only round or overshoot: {advice}",
-        angle.to_degrees()
-    ))
+    let keeps = if straight {
+        "a curve of degree 1 keeps only where it has a vertex there"
+    } else {
+        "a smooth curve can only round or overshoot"
+    };
+    let angle = angle.to_degrees();
+    Ok(Some(format!("the points turn by {angle:.0}° at point {k}, which {keeps}: {advice}")))
 }
 
 fn degree_of(parameters: &Parameters) -> Result<usize, ParameterError> {

@@ -132,6 +132,16 @@ fn corners_are_asked_for_in_degrees_or_found() {
     let through = run(&mut other, json!({ "object": "hook", "interpolate": true })).unwrap();
     let told = through.notes.iter().find(|n| n.contains("overshoot")).unwrap();
     assert!(told.contains("a `fit` without `interpolate` keeps such corners"), "{told}");
+    // Degree 1 through all points is the star itself: nothing is rounded, nothing is said; with fewer vertices it is no longer.
+    let mut sharp = scene.clone();
+    let told = run(&mut sharp, json!({ "object": "star", "degree": 1, "interpolate": true })).unwrap();
+    let length =
+        20.0 * (40.0_f64.powi(2) + 16.0_f64.powi(2) - 1280.0 * 36_f64.to_radians().cos()).sqrt() / 2.0;
+    assert!((sharp.curve("star").unwrap().length(1e-12).unwrap().value / length - 1.0).abs() < 1e-12);
+    assert!(!told.notes.iter().any(|n| n.contains("turn by")), "{:?}", told.notes);
+    let told = run(&mut scene.clone(), json!({ "object": "star", "degree": 1, "vertices": 7 })).unwrap();
+    let told = told.notes.iter().find(|n| n.contains("turn by")).unwrap();
+    assert!(told.contains("which a curve of degree 1 keeps only where it has a vertex there"), "{told}");
     let smooth = run(&mut scene, json!({ "object": "star", "tolerance": 0.1 })).unwrap();
     assert!(smooth.notes.iter().any(|n| n.contains("corners = \"auto\"")), "{:?}", smooth.notes);
     assert!(smooth.notes.iter().any(|n| n.starts_with("length ")), "{:?}", smooth.notes);

@@ -7,7 +7,7 @@ use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{Edge, Functional, On, Shapes};
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, SceneShapes, SeenShapes, StepReport,
-    object_name, put_back,
+    object_name, other_object_name, put_back,
 };
 use loftsman_kernel::scene::{Geometry, Scene, Unit};
 use loftsman_kernel::shape::Shape;
@@ -93,9 +93,8 @@ impl Operation for MatchOperation {
         let object = if p.has("object") {
             object_name(scene, p, |_| true, "surface")?
         } else {
-            let mut rest = scene.clone();
-            rest.retain(|o| o.name() != beside);
-            object_name(&rest, p, |g| matches!(g, Geometry::Surface(_)), "other surface")?
+            let fits = |g: &Geometry| matches!(g, Geometry::Surface(_));
+            other_object_name(scene, p, &beside, fits, "other surface")?
         };
         if object == beside {
             return Err(with

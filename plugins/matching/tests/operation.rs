@@ -554,3 +554,17 @@ fn what_is_told_is_the_largest_all_along_the_edge() {
     }
     assert!(at_ends >= 2, "{at_ends} are largest at an end");
 }
+
+/// Where nothing is there to be moved, the message says what is there: what stands still is no answer, but not nothing either.
+#[test]
+fn a_scene_without_another_surface_says_what_it_has() {
+    let circle = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+    let mut one = Scene::new();
+    one.add(Object::new("c", circle.into())).unwrap();
+    let fields = json!({ "edge": "u0", "with": { "object": "c", "edge": "u0" }, "tolerance": 0.1 });
+    let told = run(&mut one, fields.clone()).unwrap_err();
+    assert!(told.contains("the scene has no other surface: it has only \"c\", a curve"), "{told}");
+    one.add(Object::new("d", Curve::circle(Point::origin(), Vector::x(), 2.0).unwrap().into())).unwrap();
+    let told = run(&mut one, fields).unwrap_err();
+    assert!(told.contains("the scene has no other surface: \"d\" is a curve"), "{told}");
+}

@@ -111,7 +111,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, painting: &Painting) ->
                     lines.chains.push((Weight::Border, edge));
                 }
             }
-            Form::Mesh { points, corners, starts, normals, colors } => {
+            Form::Mesh { points, corners, starts, normals, colors, .. } => {
                 let mesh = (points.as_slice(), corners.as_slice(), starts.as_slice());
                 of_mesh(mesh, (normals, colors), sheet, lens, (&mut depth, &mut copies), paint, &mut lines);
             }
@@ -458,14 +458,17 @@ pub(super) fn newell(corners: &[Vector]) -> Vector {
 /// The most edges of a mesh that are drawn as outlines.
 const EDGES: usize = 40_000;
 
-/// The edges of a mesh that hides nothing, each once and as far as no face hides them, as path data; `None` where there are too many to see.
+/// The edges and loose lines of a mesh that hides nothing, each once and as far as no face hides them, as path data; `None` where there are
+/// too many to see.
 pub(crate) fn outlines(
     sheet: &mut Sheet,
     points: &[Vector],
     corners: &[u32],
     starts: &[usize],
+    lines: &[(usize, usize)],
 ) -> Option<String> {
-    let mut edges: Vec<(usize, usize)> = Vec::with_capacity(corners.len());
+    let mut edges: Vec<(usize, usize)> = Vec::with_capacity(corners.len() + lines.len());
+    edges.extend(lines);
     for range in starts.windows(2) {
         let face = &corners[range[0]..range[1]];
         for (i, &a) in face.iter().enumerate() {

@@ -6,7 +6,7 @@ use loftsman_kernel::text::figure;
 
 use crate::draw::paint::{self, mapped};
 use crate::draw::{dots, few, mark};
-use crate::sheet::{Caption, Sample, Stroke};
+use crate::sheet::{Caption, Fill, Sample, Stroke};
 use crate::stage::Projection;
 use crate::svg::{Element, length};
 use crate::text;
@@ -173,34 +173,12 @@ fn draw_sample(theme: Theme, sample: Sample, x: f64, y: f64) -> String {
             Stroke::plain(color, 0.7).path("sample", dots(&spots)).empty()
         }
         Sample::Spot(color) => few(theme, color, &[[x + SAMPLE / 2.0, y]], "sample"),
-        Sample::Face(color) => Element::new("rect")
-            .length("x", x)
-            .length("y", y - 1.5)
-            .length("width", SAMPLE)
-            .length("height", 3.0)
-            .attribute("fill", &theme.lit(color, 0.7).hex())
-            .attribute("stroke", &color.mixed(theme.ink(), 0.25).hex())
-            .length("stroke-width", 0.2)
-            .empty(),
-        Sample::Stripes => {
-            let frame = Element::new("rect").length("x", x).length("y", y - 1.5).length("width", SAMPLE);
-            let frame = frame.length("height", 3.0).attribute("fill", &paint::LIGHT.hex());
-            let frame = frame.attribute("stroke", &theme.faint().hex()).length("stroke-width", 0.2).empty();
-            let stripe = |k: u8| {
-                let piece = Element::new("rect").length("x", x + (2.0 * f64::from(k) + 0.5) * SAMPLE / 8.0);
-                let piece = piece.length("y", y - 1.5).length("width", SAMPLE / 8.0).length("height", 3.0);
-                piece.attribute("fill", &paint::DARK.hex()).empty()
-            };
-            frame + &(0..4).map(stripe).collect::<String>()
+        Sample::Face(fill) => draw_fill(theme, fill, [x, y], SAMPLE),
+        Sample::Lined(fill, stroke) => {
+            let half = 0.5 * SAMPLE;
+            let data = format!("M{} {}h{}", length(x + half), length(y), length(half));
+            stroke.path("sample", data).empty() + &draw_fill(theme, fill, [x, y], half)
         }
-        Sample::Map => (0..16_u8)
-            .map(|k| {
-                let wide = SAMPLE / 16.0;
-                let piece = Element::new("rect").length("x", x + f64::from(k) * wide);
-                let piece = piece.length("y", y - 1.5).length("width", wide + 0.05).length("height", 3.0);
-                piece.attribute("fill", &mapped((f64::from(k) - 7.5) / 7.5).hex()).empty()
-            })
-            .collect(),
         Sample::Number(number) => Element::new("text")
             .length("x", x + SAMPLE)
             .length("y", y + 0.35 * SIZE)
@@ -232,6 +210,36 @@ fn draw_sample(theme: Theme, sample: Sample, x: f64, y: f64) -> String {
                 _ => mark::point(theme, kind, beside),
             }
         }
+    }
+}
+
+/// A piece of a face, so wide.
+fn draw_fill(theme: Theme, fill: Fill, [x, y]: [f64; 2], wide: f64) -> String {
+    let piece = |x: f64, wide: f64| {
+        Element::new("rect").length("x", x).length("y", y - 1.5).length("width", wide).length("height", 3.0)
+    };
+    match fill {
+        Fill::Plain(color) => piece(x, wide)
+            .attribute("fill", &theme.lit(color, 0.7).hex())
+            .attribute("stroke", &color.mixed(theme.ink(), 0.25).hex())
+            .length("stroke-width", 0.2)
+            .empty(),
+        Fill::Stripes => {
+            let frame = piece(x, wide).attribute("fill", &paint::LIGHT.hex());
+            let frame = frame.attribute("stroke", &theme.faint().hex()).length("stroke-width", 0.2).empty();
+            let stripe = |k: u8| {
+                let left = x + (2.0 * f64::from(k) + 0.5) * wide / 8.0;
+                piece(left, wide / 8.0).attribute("fill", &paint::DARK.hex()).empty()
+            };
+            frame + &(0..4).map(stripe).collect::<String>()
+        }
+        Fill::Map => (0..16_u8)
+            .map(|k| {
+                let part = wide / 16.0;
+                let color = mapped((f64::from(k) - 7.5) / 7.5);
+                piece(x + f64::from(k) * part, part + 0.05).attribute("fill", &color.hex()).empty()
+            })
+            .collect(),
     }
 }
 

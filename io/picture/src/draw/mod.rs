@@ -23,7 +23,7 @@ use crate::choices::Choices;
 use crate::error::PictureError;
 use crate::layout::Rect;
 use crate::path::Spot;
-use crate::sheet::{Layer, Sample, Sheet, Stroke, spread};
+use crate::sheet::{Fill, Layer, Sample, Sheet, Stroke, spread};
 use crate::stage::body::{Body, Form};
 use crate::stage::{Ghost, Stage};
 use crate::svg::Element;
@@ -114,7 +114,7 @@ pub(crate) fn draw(
     face::draw(sheet, stage, painting)?;
     painting.explain(&mut sheet.caption, unit);
     for (index, body) in stage.new.iter().enumerate() {
-        object(sheet, body, (false, lens), surfaces, choices.alternate, painting.sample(index));
+        object(sheet, body, (false, lens), surfaces, choices.alternate, painting.fill(index));
     }
     for body in stage.old.iter().filter(|_| choices.old) {
         object(sheet, body, (true, lens), surfaces, false, None);
@@ -163,7 +163,7 @@ fn object(
     (old, lens): (bool, Lens),
     surfaces: usize,
     alternate: bool,
-    painted: Option<Sample>,
+    painted: Option<Fill>,
 ) {
     let color = color(sheet, body, old);
     let layer = if old { Layer::Old } else { Layer::Curves };
@@ -184,6 +184,7 @@ fn object(
         }
         Form::Curve { pieces, .. } if sheet.depth.is_some() => {
             let chains = curve::flattened(pieces, &sheet.layout);
+            named(sheet, body, old, Sample::Line(stroke));
             parted(sheet, body, old, ("curve", stroke), &chains);
             return;
         }
@@ -191,6 +192,7 @@ fn object(
             let thin = Stroke { width: 0.3, ..stroke };
             let chain: Vec<Vector> =
                 points.iter().chain(points.first().filter(|_| *closed)).copied().collect();
+            named(sheet, body, old, Sample::Line(thin));
             parted(sheet, body, old, ("polyline", thin), &[chain]);
             return;
         }
@@ -248,9 +250,9 @@ fn object(
             let thin = Stroke { width: 0.2, ..stroke };
             (thin.path("surface", data), Sample::Line(thin))
         }
-        Form::Mesh { points, corners, starts, .. } if old => {
+        Form::Mesh { points, corners, starts, lines, .. } if old => {
             let thin = Stroke { width: 0.12, ..stroke };
-            match face::outlines(sheet, points, corners, starts) {
+            match face::outlines(sheet, points, corners, starts, lines) {
                 Some(data) => (thin.path("mesh", data), Sample::Line(thin)),
                 None => {
                     let kept = spread(points.iter().map(|p| sheet.layout.spot(p)), 0.4, 20_000);
@@ -265,15 +267,29 @@ fn object(
             let thin = Stroke { width: 0.2, ..stroke };
             (thin.path("solid", data), Sample::Line(thin))
         }
-        // The faces of all objects hide one another, so they are drawn together.
+        // The faces of all objects hide one another, so they are drawn together; the loose lines of a mesh are drawn as polylines are.
+        Form::Mesh { points, starts, lines, .. } if !lines.is_empty() => {
+            let thin = Stroke { width: 0.3, ..stroke };
+            let fill = painted.unwrap_or(Fill::Plain(color));
+            let sample = if starts.len() > 1 { Sample::Lined(fill, thin) } else { Sample::Line(thin) };
+            named(sheet, body, old, sample);
+            let chains: Vec<Vec<Vector>> = chained(points, lines).collect();
+            parted(sheet, body, old, ("line", thin), &chains);
+            return;
+        }
         Form::Surface { .. } | Form::Mesh { .. } | Form::Solid { .. } => {
             // Where they are painted their own colour is not seen.
-            named(sheet, body, old, painted.unwrap_or(Sample::Face(color)));
+            named(sheet, body, old, Sample::Face(painted.unwrap_or(Fill::Plain(color))));
             return;
         }
     };
     named(sheet, body, old, sample);
     sheet.put(layer, &titled(element, body.object.name()));
+}
+
+/// The segments of a mesh's loose lines as chains, as long as they go.
+fn chained(points: &[Vector], lines: &[(usize, usize)]) -> impl Iterator<Item = Vec<Vector>> {
+    chain::linked(lines).into_iter().map(|chain| chain.into_iter().map(|i| points[i]).collect())
 }
 
 /// Draws the lines of an object that faces may hide: what is hidden is thin, pale and dashed.
@@ -292,7 +308,6 @@ fn parted(
     }
     let layer = if old { Layer::Old } else { Layer::Curves };
     let pale = Stroke::plain(stroke.color.mixed(sheet.theme.paper(), 0.35), 0.18);
-    named(sheet, body, old, Sample::Line(stroke));
     if !hidden.is_empty() && !old {
         sheet.caption.explain_once(Sample::Line(pale.dashed()), "hidden");
         sheet.put(layer, &titled(pale.dashed().path("hidden", hidden), body.object.name()));
@@ -324,10 +339,13 @@ fn frame(sheet: &mut Sheet, body: &Body<'_>, ghost: Ghost, lens: Lens) {
             surface::wires(sheet, surface, trim.as_ref(), 13),
             Stroke { width: 0.15, dashes: None, ..stroke },
         ),
-        Form::Mesh { points, corners, starts, .. } if starts.len() > 1 => (
-            silhouette::silhouette(sheet, lens, points, (corners, starts)),
-            Stroke { width: 0.2, dashes: None, ..stroke },
-        ),
+        Form::Mesh { points, corners, starts, lines, .. } if starts.len() > 1 || !lines.is_empty() => {
+            let mut data = silhouette::silhouette(sheet, lens, points, (corners, starts));
+            for chain in chained(points, lines) {
+                data += &sheet.chain(&chain, false, 3).finish();
+            }
+            (data, Stroke { width: 0.2, dashes: None, ..stroke })
+        }
         Form::Solid { solid, points, normals } => (
             solid::wires(sheet, (solid, points, normals), lens),
             Stroke { width: 0.2, dashes: None, ..stroke },

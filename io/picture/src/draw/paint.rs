@@ -8,7 +8,7 @@ use loftsman_kernel::{Point, Vector};
 
 use crate::choices::Faces;
 use crate::draw::surface::{Samples, samples};
-use crate::sheet::{Caption, Sample};
+use crate::sheet::{Caption, Fill};
 use crate::stage::Stage;
 use crate::stage::body::{Body, Form};
 use crate::theme::{Color, Theme};
@@ -194,13 +194,13 @@ impl Painting {
         mapped(if self.end > 0.0 { value / self.end } else { 0.0 })
     }
 
-    /// What the legend shows for a body whose faces are painted.
-    pub(crate) fn sample(&self, index: usize) -> Option<Sample> {
+    /// What the legend shows faces of a body filled with, where they are painted.
+    pub(crate) fn fill(&self, index: usize) -> Option<Fill> {
         let body = self.bodies.get(index)?;
         match self.faces {
-            Faces::Zebra => Some(Sample::Stripes),
+            Faces::Zebra => Some(Fill::Stripes),
             _ if body.values.is_empty() => None,
-            _ => Some(Sample::Map),
+            _ => Some(Fill::Map),
         }
     }
 

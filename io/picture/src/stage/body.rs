@@ -88,11 +88,13 @@ pub(crate) enum Form {
     Surface { surface: Box<Surface>, net: Vec<Vector>, grid: Grid, trim: Option<Trim> },
     /// A polyline.
     Polyline { points: Vec<Vector>, closed: bool },
-    /// A mesh: points, corners, face starts, and by corner, where it has any, normals (of any length) and colours.
+    /// A mesh: points, corners, face starts, the segments of its loose lines, and by corner, where it has any, normals (of any length)
+    /// and colours.
     Mesh {
         points: Vec<Vector>,
         corners: Vec<u32>,
         starts: Vec<usize>,
+        lines: Vec<(usize, usize)>,
         normals: Vec<Vector>,
         colors: Vec<Color>,
     },
@@ -121,8 +123,8 @@ impl Form {
                     |(corner, &point)| mesh.normals.at(corner, point).map_or_else(Vector::zeros, &normal);
                 let given = !mesh.normals.values().is_empty();
                 let normals = if given { corners.iter().enumerate().map(of).collect() } else { Vec::new() };
-                let colors = colors(mesh);
-                Self::Mesh { points, corners, starts: mesh.starts().to_vec(), normals, colors }
+                let (colors, lines) = (colors(mesh), segments(mesh));
+                Self::Mesh { points, corners, starts: mesh.starts().to_vec(), lines, normals, colors }
             }
             Geometry::Polyline(line) => Self::Polyline { points, closed: line.closed },
             Geometry::Cloud(_) => Self::Cloud(points),
@@ -220,16 +222,17 @@ impl Form {
                 closed == other_closed && near(points, others)
             }
             (
-                Self::Mesh { points, corners, starts, colors, .. },
+                Self::Mesh { points, corners, starts, lines, colors, .. },
                 Self::Mesh {
                     points: others,
                     corners: other_corners,
                     starts: other_starts,
+                    lines: other_lines,
                     colors: other_colors,
                     ..
                 },
             ) => {
-                (corners, starts, colors) == (other_corners, other_starts, other_colors)
+                (corners, starts, lines, colors) == (other_corners, other_starts, other_lines, other_colors)
                     && near(points, others)
             }
             (Self::Solid { solid, points, .. }, Self::Solid { solid: other, points: others, .. }) => {
@@ -239,6 +242,16 @@ impl Form {
             _ => false,
         }
     }
+}
+
+/// The segments of a mesh's loose lines, each once and those without length left out.
+fn segments(mesh: &Mesh) -> Vec<(usize, usize)> {
+    let ends = |pair: &[u32]| (pair[0].min(pair[1]) as usize, pair[0].max(pair[1]) as usize);
+    let mut segments: Vec<_> = mesh.lines().flat_map(|line| line.windows(2).map(ends)).collect();
+    segments.retain(|(a, b)| a != b);
+    segments.sort_unstable();
+    segments.dedup();
+    segments
 }
 
 /// The colours of a mesh by corner; none where it has none, or not everywhere.
