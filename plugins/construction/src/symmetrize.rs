@@ -276,7 +276,7 @@ pub fn symmetrize_surface_best(
     for (found, way) in both {
         match found {
             Ok(found) if best.as_ref().is_none_or(|(known, _)| found.moved < known.moved) => {
-                best = Some((found, way))
+                best = Some((found, way));
             }
             Ok(_) => {}
             Err(error) => wrong = wrong.or(Some(error)),
