@@ -143,7 +143,11 @@ fn wrong_fields_are_told() {
             json!({ "object": "sheet", "half": "back" }),
             "meets the plane nowhere: to keep one half, it is to meet it once",
         ),
-        ("symmetrize", json!({ "object": "torus" }), "\"torus\": the surface is periodic in u"),
+        (
+            "symmetrize",
+            json!({ "object": "torus", "half": "front" }),
+            "\"torus\": the surface is periodic in u and has no ends there",
+        ),
         ("symmetrize", json!({ "object": "dots" }), "is a cloud, not a curve or a surface"),
         (
             "symmetrize",
