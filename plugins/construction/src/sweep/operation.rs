@@ -123,8 +123,8 @@ impl Operation for Sweep {
         if let Some(mitre) = swept.mitre.filter(|_| swept.spikes > 0) {
             let others = match swept.spikes - 1 {
                 0 => String::new(),
-                1 => ", and another corner is as sharp or nearly so".to_owned(),
-                more => format!(", and {more} other corners are as sharp or nearly so"),
+                1 => ", and at another corner more than twice as far".to_owned(),
+                more => format!(", and at {more} other corners more than twice as far"),
             };
             warnings.push(format!(
                 "where the path turns by {} degrees, at {} of it, the mitre of \"{source}\" reaches {} from it, {} times as far as the curve by itself ({}){others}: put an arc \
