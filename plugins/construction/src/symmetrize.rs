@@ -270,22 +270,12 @@ pub fn symmetrize_surface_best(
     mirror: &Mirror,
     half: Half,
 ) -> Result<(Symmetric<Surface>, Direction)> {
-    let both = [Direction::U, Direction::V].map(|way| (symmetrize_surface(surface, mirror, way, half), way));
-    let mut best: Option<(Symmetric<Surface>, Direction)> = None;
-    let mut wrong = None;
-    for (found, way) in both {
-        match found {
-            Ok(found) if best.as_ref().is_none_or(|(known, _)| found.moved < known.moved) => {
-                best = Some((found, way));
-            }
-            Ok(_) => {}
-            Err(error) => wrong = wrong.or(Some(error)),
-        }
-    }
-    match (best, wrong) {
-        (Some(best), _) => Ok(best),
-        (None, Some(error)) => Err(error),
-        (None, None) => Err(Error::Invalid("the surface has no direction".into())),
+    let [u, v] = [Direction::U, Direction::V].map(|way| symmetrize_surface(surface, mirror, way, half));
+    match (u, v) {
+        (Ok(u), Ok(v)) if v.moved < u.moved => Ok((v, Direction::V)),
+        (Ok(u), _) => Ok((u, Direction::U)),
+        (Err(_), Ok(v)) => Ok((v, Direction::V)),
+        (Err(error), Err(_)) => Err(error),
     }
 }
 
