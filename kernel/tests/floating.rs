@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::smooth::dice::Dice;
+use crate::smooth::solvers;
 use loftsman_kernel::conformance::{functional_conformance, sample_shapes};
 use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Metric, Session};
 use loftsman_kernel::error::Result;
@@ -13,22 +14,9 @@ use loftsman_kernel::functional::{
     Functional, Linearity, Rows, Shapes, curvature, near, orthogonal, position, tangent,
 };
 use loftsman_kernel::shape::{Derivative, Location};
-use loftsman_kernel::solve::{
-    Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, SolveError, Solver, Sparse,
-};
+use loftsman_kernel::solve::{SolveError, Solver};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
-
-fn solvers() -> Vec<Arc<dyn Solver>> {
-    vec![
-        Arc::new(Automatic),
-        Arc::new(Sparse),
-        Arc::new(HouseholderQr),
-        Arc::new(SaddlePoint),
-        Arc::new(DenseLu),
-        Arc::new(Adjoint),
-    ]
-}
 
 /// A wavy curve: clamped, floating or periodic, polynomial or with unlike weights.
 fn curve(dice: &mut Dice, round: usize) -> Curve {

@@ -3,31 +3,19 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests")]
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use crate::smooth::dice::Dice;
+use crate::smooth::solvers;
 use loftsman_kernel::edit::{Ask, Axis, Edit, Metric, Unknowns};
 use loftsman_kernel::functional::{near, position};
 use loftsman_kernel::problem::{Assembly, Problem};
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::{
-    Adjoint, Automatic, DenseLu, Factored, HouseholderQr, SaddlePoint, SolveError, Solver, Sparse,
-    SparseRows, System, SystemMetric,
+    Automatic, Factored, HouseholderQr, SolveError, Solver, Sparse, SparseRows, System, SystemMetric,
 };
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::{DMatrix, DVector};
-
-fn solvers() -> Vec<Arc<dyn Solver>> {
-    vec![
-        Arc::new(Automatic),
-        Arc::new(Sparse),
-        Arc::new(HouseholderQr),
-        Arc::new(SaddlePoint),
-        Arc::new(DenseLu),
-        Arc::new(Adjoint),
-    ]
-}
 
 fn rope(dice: &mut Dice, round: usize) -> Curve {
     let (p, n) = (2 + round % 4, 9 + round % 7);

@@ -3,25 +3,13 @@
 
 use std::sync::Arc;
 
+use crate::smooth::solvers;
 use loftsman_kernel::edit::{Ask, Constraint, Edit, EditError, Metric};
 use loftsman_kernel::functional::{linear, position, vertex};
-use loftsman_kernel::solve::{
-    Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, SolveError, Solver, Sparse,
-};
+use loftsman_kernel::solve::{Automatic, SolveError, Solver};
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 use serde_json::Value;
-
-fn solvers() -> Vec<Arc<dyn Solver>> {
-    vec![
-        Arc::new(Automatic),
-        Arc::new(Sparse),
-        Arc::new(HouseholderQr),
-        Arc::new(SaddlePoint),
-        Arc::new(DenseLu),
-        Arc::new(Adjoint),
-    ]
-}
 
 fn cubic() -> Curve {
     let space = Space::clamped(3, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();

@@ -17,7 +17,7 @@ use dice::Dice;
 use loftsman_kernel::solve::{Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, Solver, Sparse};
 
 /// Every solver there is.
-fn solvers() -> Vec<Arc<dyn Solver>> {
+pub(crate) fn solvers() -> Vec<Arc<dyn Solver>> {
     vec![
         Arc::new(Automatic),
         Arc::new(Sparse),

@@ -39,6 +39,7 @@ mod row;
 mod said;
 mod surface;
 mod topology;
+mod uniform;
 mod used;
 mod weld;
 

@@ -11,6 +11,8 @@ use std::sync::{Arc, Mutex};
 use loftsman_kernel::shape::Chart;
 use loftsman_kernel::spline::gram::gauss_legendre;
 
+use crate::uniform::{cubic, quadratic};
+
 /// A place of the plane, as a complex number.
 type Place = [f64; 2];
 
@@ -253,20 +255,11 @@ fn turn_of(n: usize) -> Option<Place> {
     (n > 2).then_some([cos, sin])
 }
 
-/// The uniform B-splines of degree 2 or 3 over `[0, 1]`, or their first or second derivatives.
+/// The uniform B-splines of degree 2 or 3 over a span, or their derivatives; of degree 2 the last is none.
 fn basis(degree: usize, x: f64, order: usize) -> [f64; 4] {
-    let y = 1.0 - x;
-    match (degree, order) {
-        (2, 0) => [0.5 * y * y, 0.5 + x * y, 0.5 * x * x, 0.0],
-        (2, 1) => [-y, y - x, x, 0.0],
-        (2, _) => [1.0, -2.0, 1.0, 0.0],
-        (_, 0) => [
-            y * y * y / 6.0,
-            (4.0 - 3.0 * x * x * (1.0 + y)) / 6.0,
-            (4.0 - 3.0 * y * y * (1.0 + x)) / 6.0,
-            x * x * x / 6.0,
-        ],
-        (_, 1) => [-0.5 * y * y, 0.5 * x * (3.0 * x - 4.0), -0.5 * y * (3.0 * y - 4.0), 0.5 * x * x],
-        _ => [y, 3.0 * x - 2.0, 3.0 * y - 2.0, x],
+    if degree == 3 {
+        return cubic(x, order);
     }
+    let [a, b, c] = quadratic(x, order);
+    [a, b, c, 0.0]
 }

@@ -12,6 +12,7 @@ use super::template::{Near, Piece};
 use crate::cage::Cage;
 use crate::error::Result;
 use crate::topology::NONE;
+use crate::uniform::cubic;
 
 /// A bicubic piece of a face: the vertices of the cage that it depends on, ascending, and how each counts in its net.
 #[derive(Debug)]
@@ -66,7 +67,7 @@ impl Leaf {
         let count = (1u64 << self.quadrant.level) as f64;
         let local = |x: f64, k: u64| (x * count - k as f64).clamp(0.0, 1.0);
         let (along_u, along_v) =
-            (basis(local(u, self.quadrant.i), by.u), basis(local(v, self.quadrant.j), by.v));
+            (cubic(local(u, self.quadrant.i), by.u), cubic(local(v, self.quadrant.j), by.v));
         let scale = count.powi((by.u + by.v) as i32);
         let rows = self.columns().map(|(vertex, column)| {
             let of = |i: usize| (0..4).map(|j| along_v[j] * column[4 * i + j]).sum::<f64>();
@@ -78,30 +79,13 @@ impl Leaf {
     /// The four coefficients, as rows, of the cubic that a derivative `across` a side is along it (side `k` runs from corner `k`; the
     /// cubic by growing parameter), and the largest weight that goes into it.
     pub(super) fn strip(&self, side: usize, order: usize) -> ([Stencil; 4], f64) {
-        let weights = basis(if matches!(side, 1 | 2) { 1.0 } else { 0.0 }, order);
+        let weights = cubic(if matches!(side, 1 | 2) { 1.0 } else { 0.0 }, order);
         let rows = std::array::from_fn(|k| {
             let place = |j: usize| if side.is_multiple_of(2) { 4 * k + j } else { 4 * j + k };
             let all = self.columns().map(|(v, c)| (v, (0..4).map(|j| weights[j] * c[place(j)]).sum::<f64>()));
             all.filter(|(_, c)| *c != 0.0).collect()
         });
         (rows, weights.iter().fold(0.0, |m: f64, w| m.max(w.abs())))
-    }
-}
-
-/// The four uniform cubic B-splines over `[0, 1]`, or their derivatives.
-fn basis(x: f64, order: usize) -> [f64; 4] {
-    let y = 1.0 - x;
-    match order {
-        0 => [
-            y * y * y / 6.0,
-            (4.0 - 3.0 * x * x * (1.0 + y)) / 6.0,
-            (4.0 - 3.0 * y * y * (1.0 + x)) / 6.0,
-            x * x * x / 6.0,
-        ],
-        1 => [-0.5 * y * y, 0.5 * x * (3.0 * x - 4.0), -0.5 * y * (3.0 * y - 4.0), 0.5 * x * x],
-        2 => [y, 3.0 * x - 2.0, 3.0 * y - 2.0, x],
-        3 => [-1.0, 3.0, -3.0, 1.0],
-        _ => [0.0; 4],
     }
 }
 

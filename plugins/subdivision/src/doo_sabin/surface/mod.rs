@@ -14,7 +14,7 @@ use loftsman_kernel::shape::{
 };
 use smallvec::SmallVec;
 
-use self::node::{Node, basis};
+use self::node::Node;
 use super::limit::check_same;
 use super::refine::stencil;
 use crate::cage::{Cage, present};
@@ -23,6 +23,7 @@ use crate::natural::{Natural, Naturals, seen_from};
 use crate::surface::pattern::{Corner, Pattern, Quadrant};
 use crate::surface::refused;
 use crate::topology::NONE;
+use crate::uniform::quadratic;
 
 /// Levels round an extraordinary point down to which there are cells.
 const DEPTH: u32 = 8;
@@ -331,7 +332,7 @@ impl DooSabinSurface {
                 "[{u}, {v}] of face {face} is too near an extraordinary point"
             )));
         };
-        let (along_u, along_v) = (basis(u, by.u), basis(v, by.v));
+        let (along_u, along_v) = (quadratic(u, by.u), quadratic(v, by.v));
         let scale = 2.0_f64.powi(level as i32).powi((by.u + by.v) as i32);
         let mut row = vec![0.0; base.len()];
         for (k, part) in piece.net().into_iter().enumerate() {

@@ -164,14 +164,3 @@ impl<T: Sums> Node<T> {
         None
     }
 }
-
-/// The three uniform quadratic B-splines over `[0, 1]`, or their derivatives.
-pub(super) fn basis(x: f64, order: usize) -> [f64; 3] {
-    let y = 1.0 - x;
-    match order {
-        0 => [0.5 * y * y, 0.5 + x * y, 0.5 * x * x],
-        1 => [-y, 1.0 - 2.0 * x, x],
-        2 => [1.0, -2.0, 1.0],
-        _ => [0.0; 3],
-    }
-}
