@@ -1,18 +1,18 @@
 //! `symmetrize`: shapes made exactly symmetric about a plane.
 
 mod circle;
+mod operation;
 mod start;
+mod surface;
 
 use loftsman_kernel::error::{Error, Result};
-use loftsman_kernel::plugin::{
-    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
-};
-use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
-use loftsman_kernel::text::without_rounding;
+use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
-use crate::fields::{direction, figure, long, made, named, point_or_origin};
+use crate::fields::long;
+
+pub use operation::Symmetrize;
+pub use surface::{symmetrize_surface, symmetrize_surface_best};
 
 /// Samples of a span for the places where a curve crosses the plane.
 const SAMPLES: usize = 16;
@@ -216,185 +216,9 @@ fn from_plane(curve: &Curve, mirror: &Mirror, side: f64, ends: [bool; 2]) -> Res
     Ok(Symmetric { shape: first.join(second, 1e-12 * largest)?.shape, moved: None })
 }
 
-/// A surface made symmetric about a plane, run backwards in a direction in the mirror: with `Half::Both` the mean of itself and its
-/// mirror image, as [`symmetrize`] of all curves along it (begun, where it is closed, where the one in its middle is begun best); else one half and its mirror image. A half ends where the surface cuts the
-/// plane along a line of that parameter, exactly, or it is all of a surface that begins or ends there.
-///
-/// # Errors
-/// When half of what is periodic in the direction is asked for: it has no place to begin at. When half of the surface is asked for and it meets the plane along no line
-/// of the parameter, or along several.
-pub fn symmetrize_surface(
-    surface: &Surface,
-    mirror: &Mirror,
-    direction: Direction,
-    half: Half,
-) -> Result<Symmetric<Surface>> {
-    let is_periodic = surface.space(direction).is_periodic();
-    if is_periodic && half != Half::Both {
-        let name = if direction == Direction::U { "u" } else { "v" };
-        return Err(Error::Invalid(format!(
-            "the surface is periodic in {name} and has no ends there, one of which a half could begin at: split it where the plane cuts it"
-        )));
-    }
-    let open = surface.convert(direction, &surface.space(direction).clamping()?)?;
-    let open = match half {
-        Half::Both => start::begun(&open, mirror, direction)?,
-        Half::Front => return halved(&open, mirror, direction, 1.0),
-        Half::Back => return halved(&open, mirror, direction, -1.0),
-    };
-    let common = symmetric_space(open.space(direction))?;
-    let fine = open.insert_knots(direction, &missing(open.space(direction), &common))?;
-    let image = fine.reverse(direction)?;
-    let image_points: Vec<Point> = image.points().iter().map(|p| mirror.image(p)).collect();
-    let (points, weights, moved) =
-        averaged((fine.points(), fine.weights()), (&image_points, image.weights()));
-    let shape = Surface::build(
-        if direction == Direction::U { common.clone() } else { fine.u().clone() },
-        if direction == Direction::V { common } else { fine.v().clone() },
-        points,
-        weights,
-    )?;
-    if !is_periodic {
-        return Ok(Symmetric { shape, moved: Some(moved) });
-    }
-    let size = shape.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
-    Ok(Symmetric { shape: shape.to_periodic(direction, 1e-14 * size)?.shape, moved: Some(moved) })
-}
-
-/// [`symmetrize_surface`] in the direction, one of those that can be, in which less of it moves; of a half, the first that the plane cuts rightly.
-///
-/// # Errors
-/// As for [`symmetrize_surface`], where neither direction can be: what is wrong with the first.
-pub fn symmetrize_surface_best(
-    surface: &Surface,
-    mirror: &Mirror,
-    half: Half,
-) -> Result<(Symmetric<Surface>, Direction)> {
-    let [u, v] = [Direction::U, Direction::V].map(|way| symmetrize_surface(surface, mirror, way, half));
-    match (u, v) {
-        (Ok(u), Ok(v)) if v.moved < u.moved => Ok((v, Direction::V)),
-        (Ok(u), _) => Ok((u, Direction::U)),
-        (Err(_), Ok(v)) => Ok((v, Direction::V)),
-        (Err(error), Err(_)) => Err(error),
-    }
-}
-
-/// The half of a surface on one side of the plane (that of the normal where `side` is 1), and its mirror image.
-fn halved(open: &Surface, mirror: &Mirror, direction: Direction, side: f64) -> Result<Symmetric<Surface>> {
-    let name = if direction == Direction::U { "u" } else { "v" };
-    let reach = open.points().iter().map(|p| long(&(p - open.points()[0]))).fold(0.0, f64::max);
-    let (cut, line) = plane_line(open, mirror, direction, name, IN_PLANE * reach)?;
-    let (a, b) = open.space(direction).domain();
-    let parts = if a < cut && cut < b { open.split(direction, cut)? } else { vec![open.clone()] };
-    let mut kept = None;
-    for part in parts {
-        let (c, d) = part.space(direction).domain();
-        if mirror.height(&line.point(0.5 * c + 0.5 * d)?) * side > 0.0 {
-            kept = Some(part);
-        }
-    }
-    let Some(kept) = kept else {
-        let side = if side > 0.0 { "in front of" } else { "behind" };
-        return Err(Error::Invalid(format!(
-            "nothing of the surface is {side} the plane: keep the other half"
-        )));
-    };
-    let (c, d) = kept.space(direction).domain();
-    let begins_there = (c - cut).abs() < (d - cut).abs();
-    // What is in the plane to rounding is in it.
-    let (u, v, mut points, weights) = kept.into_parts();
-    let (rows, columns) = (u.len(), v.len());
-    let (count, others) = if direction == Direction::U { (rows, columns) } else { (columns, rows) };
-    let at = if begins_there { 0 } else { count - 1 };
-    for other in 0..others {
-        let k = if direction == Direction::U { at * columns + other } else { other * columns + at };
-        let height = mirror.height(&points[k]);
-        points[k] -= mirror.normal * height;
-    }
-    let kept = Surface::build(u, v, points, weights)?;
-    let (u, v, points, weights) = kept.reverse(direction)?.into_parts();
-    let image = Surface::build(u, v, points.iter().map(|p| mirror.image(p)).collect(), weights)?;
-    let largest = kept.points().iter().map(|p| p.coords.amax()).fold(reach, f64::max);
-    let (first, second) = if begins_there { (&image, &kept) } else { (&kept, &image) };
-    Ok(Symmetric { shape: first.join(direction, second, 1e-12 * largest)?.shape, moved: None })
-}
-
-/// Where a parameter's line lies in the plane, and the line of the other parameter on which that was looked for.
-fn plane_line(
-    open: &Surface,
-    mirror: &Mirror,
-    direction: Direction,
-    name: &str,
-    near: f64,
-) -> Result<(f64, Curve)> {
-    let (low, high) = open.space(direction.other()).domain();
-    let line = open.isocurve(direction.other(), 0.5 * low + 0.5 * high)?;
-    let (a, b) = line.domain();
-    let mut cuts = Vec::new();
-    for end in [a, b] {
-        if mirror.height(&line.point(end)?).abs() <= near {
-            cuts.push(end);
-        }
-    }
-    let breaks = open.space(direction).breakpoints();
-    let slack = IN_PLANE * (b - a);
-    for at in crossings(&line, mirror)? {
-        // A knot to rounding is the knot.
-        let at = breaks.iter().copied().find(|k| (k - at).abs() <= slack).unwrap_or(at);
-        if !cuts.contains(&at) {
-            cuts.push(at);
-        }
-    }
-    let [cut] = cuts[..] else {
-        return Err(Error::Invalid(format!(
-            "along {name} the surface {}: to keep one half, it is to meet it once",
-            crossing("meets the plane", cuts.len())
-        )));
-    };
-    let across = open.isocurve(direction, cut)?;
-    let (c, d) = across.domain();
-    let mut worst = (0.0, Point::origin());
-    for k in 0..=SAMPLES * across.space().spans().count() {
-        let t = c + (d - c) * k as f64 / (SAMPLES * across.space().spans().count()) as f64;
-        let point = across.point(t.min(d))?;
-        let height = mirror.height(&point).abs();
-        if height > worst.0 {
-            worst = (height, point);
-        }
-    }
-    if worst.0 > near {
-        let [x, y, z] = [worst.1.x, worst.1.y, worst.1.z].map(figure);
-        return Err(Error::Invalid(format!(
-            "the plane cuts the surface along no line of {name}: where {name} = {}, the surface is {} from it at ({x}, {y}, {z}); \
-             name the other direction, move the plane, or take the mean of both halves",
-            figure(cut),
-            figure(worst.0)
-        )));
-    }
-    Ok((cut, line))
-}
-
 fn mirrored(curve: &Curve, mirror: &Mirror) -> Result<Curve> {
     let (space, points, weights) = curve.reverse()?.into_parts();
     Curve::build(space, points.iter().map(|p| mirror.image(p)).collect(), weights)
-}
-
-/// What is said of a net that is on one side of the plane, of which the mean with its mirror image lies about in the plane.
-fn one_sided(points: &[Point], mirror: &Mirror) -> Option<String> {
-    let (mut low, mut high) = (0.0_f64, 0.0_f64);
-    for point in points {
-        let height = mirror.height(point);
-        (low, high) = (low.min(height), high.max(height));
-    }
-    let near = IN_PLANE * (high - low);
-    let half = match (low >= -near, high <= near) {
-        (true, false) => "front",
-        (false, true) => "back",
-        _ => return None,
-    };
-    Some(format!(
-        "all of it was on one side of the plane, so that the mean of it and its mirror image lies about in that: half = \"{half}\" keeps it as one half"
-    ))
 }
 
 fn mean(curve: &Curve, mirror: &Mirror) -> Result<Symmetric<Curve>> {
@@ -520,95 +344,5 @@ fn crossing(does: &str, count: usize) -> String {
         1 => format!("{does} once"),
         2 => format!("{does} twice"),
         count => format!("{does} {count} times"),
-    }
-}
-
-/// The operation `symmetrize`: [`symmetrize`](fn@symmetrize), [`symmetrize_surface`], [`symmetrize_surface_best`].
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Symmetrize;
-
-impl Operation for Symmetrize {
-    fn declaration(&self) -> Declaration {
-        const FIELDS: &[Field] = &[
-            Field::optional("object", "text", "the only curve or surface", "what becomes symmetric"),
-            Field::optional("point", "[x, y, z]", "[0, 0, 0]", "a point of the plane"),
-            Field::optional("normal", "[x, y, z]", "[1, 0, 0]", "across the plane"),
-            Field::optional(
-                "half",
-                "both | front | back",
-                "both",
-                "the mean of both, or one kept and mirrored: front is where the normal points",
-            ),
-            Field::optional(
-                "direction",
-                "u | v",
-                "that in which less moves",
-                "of a surface: the parameter that runs across the plane",
-            ),
-        ];
-        Declaration {
-            name: "symmetrize",
-            help: "make a curve or surface exactly symmetric about a plane, by the least change or from one half; reports how far it moved",
-            fields: FIELDS,
-        }
-    }
-
-    fn apply(
-        &self,
-        scene: &mut Scene,
-        p: &Parameters,
-        _: &Context<'_>,
-    ) -> Result<StepReport, OperationError> {
-        p.check(self.declaration().fields)?;
-        let fits = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_));
-        let source = object_name(scene, p, fits, "curve or surface")?;
-        let normal = direction(p, "normal", Vector::x())?;
-        let mirror = Mirror::new(point_or_origin(p, "point")?, normal)
-            .map_err(|e| p.error("normal", e.to_string()))?;
-        let halves = [("both", Half::Both), ("front", Half::Front), ("back", Half::Back)];
-        let half = p.choice_or("half", &halves, Half::Both)?;
-        let ways = [("u", Direction::U), ("v", Direction::V)];
-        let along = p.has("direction").then(|| p.choice("direction", &ways)).transpose()?;
-        let mut across = None;
-        let (geometry, moved): (Geometry, _) = match scene.object(&source)?.geometry() {
-            Geometry::Curve(curve) => {
-                if p.has("direction") {
-                    return Err(p
-                        .error("direction", "is of a surface: a curve has one only, leave it out")
-                        .into());
-                }
-                let even = symmetrize(curve, &mirror, half).map_err(named(&source))?;
-                (even.shape.into(), even.moved)
-            }
-            Geometry::Surface(surface) => {
-                let even = match along {
-                    Some(along) => symmetrize_surface(surface, &mirror, along, half),
-                    None => symmetrize_surface_best(surface, &mirror, half).map(|(even, way)| {
-                        across = Some(if way == Direction::U { "u" } else { "v" });
-                        even
-                    }),
-                };
-                let even = even.map_err(named(&source))?;
-                (even.shape.into(), even.moved)
-            }
-            other => {
-                let problem = format!("\"{source}\" is {}", other.other_than("a curve or a surface"));
-                return Err(p.error("object", problem).into());
-            }
-        };
-        let mut notes = vec![match moved {
-            Some(moved) => {
-                let largest = scene.object(&source)?.geometry().points().iter().map(|p| p.coords.amax());
-                let moved = without_rounding(moved, largest.fold(0.0, f64::max));
-                format!("moved by {} at most", scene.unit.quantity(moved, 1))
-            }
-            None => "one half is kept, and the other is its mirror image".into(),
-        }];
-        notes.extend(across.map(|name| format!("{name} runs across the plane")));
-        if half == Half::Both {
-            notes.extend(one_sided(scene.object(&source)?.geometry().points(), &mirror));
-        }
-        *scene.object_mut(&source)?.geometry_mut() = geometry;
-        Ok(made("symmetrize", source, notes))
     }
 }
