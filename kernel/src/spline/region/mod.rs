@@ -280,7 +280,7 @@ impl<'a> Cells<'a> {
     }
 
     /// A part of a loop. What runs along `u`, or along the lower side in `u`, bounds nothing in Green's theorem; what runs along the upper side
-    /// bounds a box.
+    /// bounds a box, however low: [`Cells::side`] counts what lies between two such parts, and they have to end where it starts.
     fn border(&mut self, part: Part, flipped: bool) {
         let (column, by_u) = self.axes[0].within(part.column);
         let (row, by_v) = self.axes[1].within(part.row);
@@ -291,7 +291,7 @@ impl<'a> Cells<'a> {
         let [low, high] = range(&net, 0);
         let (start, end) = of(0, column);
         let [bottom, top] = range(&net, 1);
-        if top - bottom <= near[1] || high <= start + near[0] {
+        if high <= start + near[0] {
             return;
         }
         let sign = if flipped { -1.0 } else { 1.0 };
@@ -301,7 +301,9 @@ impl<'a> Cells<'a> {
             self.boxes[index].push((a.clamp(low, high), b.clamp(low, high), sign));
             return;
         }
-        self.borders[index].push(if flipped { net.into_iter().rev().collect() } else { net });
+        if top - bottom > near[1] {
+            self.borders[index].push(if flipped { net.into_iter().rev().collect() } else { net });
+        }
     }
 
     /// What counts on the upper side of a column: from where to where, and how often.
