@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::Point;
 use crate::brep::Brep;
-use crate::error::{Error, Result};
+use crate::error::{Error, Figure, Result};
 use crate::mesh::{Mesh, Polyline};
 use crate::spline::{Curve, Surface, Trimmed};
 use crate::text::{clip, short};
@@ -36,6 +36,25 @@ pub struct Fineness {
     pub chord: Chord,
     /// The largest angle between neighbouring segments, in radians.
     pub angle: f64,
+}
+
+impl Fineness {
+    /// That both bounds are positive and finite.
+    ///
+    /// # Errors
+    /// When one is not: which one, and what it is; the angle in degrees, as people ask for it.
+    pub fn check(&self) -> Result<()> {
+        let (Chord::Absolute(chord) | Chord::Relative(chord)) = self.chord;
+        let both =
+            [("chord tolerance", chord, ""), ("tessellation angle", self.angle.to_degrees(), " degrees")];
+        match both.into_iter().find(|(_, value, _)| !(value.is_finite() && *value > 0.0)) {
+            Some((what, value, unit)) => Err(Error::Invalid(format!(
+                "a {what} of {}{unit} cannot be met: give a positive number",
+                Figure(value)
+            ))),
+            None => Ok(()),
+        }
+    }
 }
 
 impl Default for Fineness {

@@ -5,7 +5,6 @@ use loftsman_kernel::error::Figure;
 use loftsman_kernel::plugin::{Field, ParameterError, Parameters, editable, object_name};
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::{Cell, Derivative, Location, Shape};
-use loftsman_kernel::text::figure;
 use loftsman_kernel::{Point, Result};
 use serde_json::{Map, Value, json};
 
@@ -177,7 +176,7 @@ impl Resolving<'_> {
         note += &if distance <= 16.0 * f64::EPSILON * size {
             "which it passes through".to_owned()
         } else {
-            format!("{} away", figure(distance))
+            format!("{} away", self.scene.unit.quantity(distance, 1))
         };
         // What slides or floats starts near: where that is farther than all of the shape is large, the point was meant for something else.
         let points = geometry.points();
@@ -190,8 +189,8 @@ impl Resolving<'_> {
         if STARTS.contains(&field) && distance > extent {
             let problem = format!(
                 "the nearest place of \"{name}\" is {} away from ({x}, {y}, {z}), farther than all of it is large ({}): give a point near to it, or a parameter",
-                figure(distance),
-                figure(extent)
+                self.scene.unit.quantity(distance, 1),
+                self.scene.unit.quantity(extent, 1)
             );
             return Err(table.error(CLOSEST, problem));
         }
@@ -521,7 +520,7 @@ mod tests {
             let found = resolve(&scene, &fields, DECLARED, &mut notes).unwrap();
             let place = found.names().next().unwrap().to_owned();
             assert_eq!(found.value(&place), Some(&wanted), "{notes:?}");
-            assert!(notes[0].ends_with("(0.75, 2.25, 5), 5 away"), "{notes:?}");
+            assert!(notes[0].ends_with("(0.75, 2.25, 5), 5 units away"), "{notes:?}");
         }
     }
 

@@ -80,8 +80,9 @@ fn splines_colours_layers_and_transforms_come_back_to_the_bit() {
         };
         let mut shear = Matrix4::new_translation(&Vector::new(5.0, 1.0 / 3.0, 0.0));
         shear[(0, 1)] = 0.5;
-        let turn = Matrix4::from_axis_angle(&Vector::y_axis(), 0.7)
+        let mut turn = Matrix4::from_axis_angle(&Vector::y_axis(), 0.7)
             * Matrix4::new_nonuniform_scaling(&Vector::new(1.0, 2.0, -1.0 / 3.0));
+        (turn[(0, 3)], turn[(1, 3)]) = (-0.0, 2.0);
         let mut add =
             |name: &str, geometry: Geometry, parent: Option<&str>, transform: Option<Matrix4<f64>>| {
                 let mut object = Object::new(name, geometry);

@@ -256,16 +256,17 @@ impl Page<'_> {
             && !self.leaders.iter().any(|leader| meets(*leader, rect))
     }
 
-    /// Whether it is seen which spot of a row a number belongs to: a leader leads there, or none other is as near.
+    /// Whether it is seen which spot of a row a number belongs to: a leader leads there, or none other is as near its box or its middle.
     fn is_told(&self, label: &Label, rect: &Rect, radius: f64) -> bool {
+        let middle = [0, 1].map(|i| (rect.low[i] + rect.high[i]) / 2.0);
         let off = |spot: &Spot| {
             let [x, y] = [0, 1].map(|i| spot[i].clamp(rect.low[i], rect.high[i]) - spot[i]);
-            x.hypot(y)
+            [x.hypot(y), (middle[0] - spot[0]).hypot(middle[1] - spot[1])]
         };
         let own = off(&label.anchor);
-        label.row.is_none()
-            || leader(label, rect, radius).is_some()
-            || !self.spots.iter().any(|spot| *spot != label.anchor && off(spot) <= own)
+        let rivals =
+            |spot: &Spot| *spot != label.anchor && off(spot).iter().zip(own).any(|(d, own)| *d <= own);
+        label.row.is_none() || leader(label, rect, radius).is_some() || !self.spots.iter().any(rivals)
     }
 
     /// What a leader would run across.
@@ -519,6 +520,12 @@ mod tests {
         let beside = |y: f64| Rect { low: [46.5 - w, y - h / 2.0], high: [46.5, y + h / 2.0] };
         assert!(page.is_told(&one, &beside(anchors[2][1]), 2.0));
         assert!(!page.is_told(&one, &beside(anchors[1][1] - 1.0), 3.0));
+        // A box that is nearer to its own spot by a hair, with the other one below its middle.
+        let below = Page { spots: vec![[49.0, 43.0], [51.0 + w / 2.0, 45.1 + h / 2.0]], ..page };
+        let of = Label { anchor: [49.0, 43.0], ..one.clone() };
+        let at = |y: f64| Rect { low: [51.0, y - h / 2.0], high: [51.0 + w, y + h / 2.0] };
+        assert!(!below.is_told(&of, &at(43.0), 2.0) && below.is_told(&of, &at(40.5), 2.1));
+        let page = Page { spots: anchors.clone(), ..below };
         assert!(page.is_told(&one, &beside(anchors[0][1]), 5.0));
         let (rect, radius) = page.beside(&one).unwrap();
         assert!(page.is_told(&one, &rect, radius));

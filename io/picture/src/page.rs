@@ -167,6 +167,7 @@ pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
 
     let several = parts.iter().filter_map(Part::view).any(|view| !view.looks_like(parts[0].view_or(view)));
     let count = parts.len();
+    let panels: Vec<&Panel> = parts.iter().map(|part| part.panel).collect();
     let (mut content, mut caption, mut y) = (String::new(), Caption::default(), top);
     for (row, list) in parts.chunks(columns).enumerate() {
         let high = list.iter().map(|part| part.height(common, cell, highest)).fold(0.0, f64::max);
@@ -178,7 +179,7 @@ pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
             let mut sheet = part.sheet(picture.theme, area, common, highest, caption, count == 1);
             sheet.name = (count > 1).then(|| match &part.panel.caption {
                 Some(caption) => text::clipped(caption, 30),
-                None => format!("drawing {number}"),
+                None => side(part.panel, &panels).map_or_else(|| format!("drawing {number}"), str::to_owned),
             });
             part.draw(&mut sheet, &picture.choices, unit)?;
             let suffix = if count == 1 { String::new() } else { format!("-{number}") };
@@ -269,6 +270,13 @@ fn align(row: &mut [Part<'_>]) {
             (rect.low[1], rect.high[1]) = (low, high);
         }
     }
+}
+
+/// From where a panel shows the scene, in words, where no other does so from there.
+fn side(panel: &Panel, all: &[&Panel]) -> Option<&'static str> {
+    let Shown::Drawing(view) = panel.shown else { return None };
+    let alike = all.iter().filter(|other| other.shown == panel.shown).count();
+    view.words().filter(|_| alike == 1)
 }
 
 /// How many columns suit: wide drawings and charts go one below the other.

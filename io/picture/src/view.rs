@@ -115,6 +115,18 @@ fn front(up: Up) -> Frame {
 }
 
 impl View {
+    /// From where it is, in words; `None` where that is as it comes.
+    pub(crate) fn words(self) -> Option<&'static str> {
+        match self {
+            Self::Front => Some("from the front"),
+            Self::Top => Some("from above"),
+            Self::Right => Some("from the right"),
+            Self::Isometric => Some("isometric"),
+            Self::Perspective => Some("in perspective"),
+            Self::From(_) | Self::Automatic => None,
+        }
+    }
+
     /// The frame of the view for a scene with this up axis and these points (any size: they are near 1 here).
     pub(crate) fn frame(self, up: Up, points: &[Point]) -> Result<Frame, PictureError> {
         let front = front(up);

@@ -219,8 +219,12 @@ fn parameters_without_a_label_are_counted() {
     );
     assert!(!one[0].contains("drawing"), "{one:?}");
     let panels = [Panel::view(View::Top), Panel::view(View::Top).caption("above").objects(["00"])];
-    let two = notes(&picture.panels(panels).drawn());
+    let two = notes(&picture.clone().panels(panels).drawn());
     assert!(two[0].contains("in \"drawing 1\"") && !two[0].contains("above"), "{two:?}");
+    // A side that only one of them shows is its name.
+    let sides = [Panel::view(View::Top), Panel::view(View::Perspective).objects(["00"])];
+    let named = notes(&picture.panels(sides).drawn());
+    assert!(named[0].contains("in \"from above\"") && !named[0].contains("drawing"), "{named:?}");
 }
 
 /// The parameters of a trimmed surface are on what is left of it.

@@ -53,23 +53,16 @@ impl Frame {
     /// The chord that a fineness asks of a shape, as a length; `samples` are points of the shape itself, whose box is never
     /// larger than the shape's own, so that a relative tolerance is never wider than promised.
     fn length(fineness: &Fineness, samples: impl IntoIterator<Item = Point>) -> Result<f64> {
-        let Fineness { chord, angle } = *fineness;
-        let refuse = |what: &str, value: f64| {
-            Err(Error::Invalid(format!("a {what} of {value} cannot be met: give a positive number")))
-        };
-        if !(angle.is_finite() && angle > 0.0) {
-            return refuse("tessellation angle", angle);
-        }
-        match chord {
-            Chord::Absolute(length) if length.is_finite() && length > 0.0 => Ok(length),
-            Chord::Relative(fraction) if fraction.is_finite() && fraction > 0.0 => {
+        fineness.check()?;
+        match fineness.chord {
+            Chord::Absolute(length) => Ok(length),
+            Chord::Relative(fraction) => {
                 let (mut low, mut high) = (Point::from([f64::MAX; 3]), Point::from([f64::MIN; 3]));
                 for p in samples {
                     (low, high) = (low.inf(&p), high.sup(&p));
                 }
                 Ok(fraction * diagonal(&low, &high))
             }
-            Chord::Absolute(value) | Chord::Relative(value) => refuse("chord tolerance", value),
         }
     }
 

@@ -42,13 +42,7 @@ pub fn sampled(states: &[&dyn Shape], fineness: &Fineness) -> Result<Faceted> {
             "the states of the shape have different domains: they are not one shape".into(),
         ));
     }
-    let positive = |x: f64| x.is_finite() && x > 0.0;
-    let (Chord::Absolute(chord) | Chord::Relative(chord)) = fineness.chord;
-    if !positive(chord) || !positive(fineness.angle) {
-        return Err(Error::Invalid(
-            "the chord and the angle of a tessellation must be positive and finite".into(),
-        ));
-    }
+    fineness.check()?;
     // Where a shape has more vertices, more may happen between places.
     let vertices = first.control_vertices().len();
     match domain.len() {

@@ -169,8 +169,12 @@ impl Change {
         map
     }
 
-    /// A transform between objects, `M T M⁻¹`.
+    /// A transform between objects, `M T M⁻¹`; to the bit where nothing changes.
     pub fn of_transform(&self, transform: &Matrix4<f64>) -> Matrix4<f64> {
+        if self.is_none() {
+            // To the bit: a product would take their sign from zeros.
+            return *transform;
+        }
         let linear = self.turn * transform.fixed_view::<3, 3>(0, 0) * self.turn.transpose();
         let shift = self.turn * transform.fixed_view::<3, 1>(0, 3) * self.scale;
         let mut changed = *transform;
@@ -282,6 +286,18 @@ mod tests {
             }
         }
         assert_eq!(Up::Z.turn(Up::Y) * Vector::new(1.0, 2.0, 3.0), Vector::new(1.0, 3.0, -2.0));
+    }
+
+    /// Also the sign of a zero, so that what is written without a change is read without one.
+    #[test]
+    fn what_does_not_change_is_kept_to_the_bit() {
+        let mut noted = Matrix4::new_rotation(Vector::new(0.3, -1.2, 0.4));
+        (noted[(0, 3)], noted[(1, 0)], noted[(2, 3)]) = (-0.0, -0.0, 5.0);
+        let bits = |m: &Matrix4<f64>| m.map(f64::to_bits);
+        for up in AXES {
+            let none = Change::between((Unit::Inch, up), (Unit::Inch, up));
+            assert_eq!(bits(&none.of_transform(&noted)), bits(&noted));
+        }
     }
 
     #[test]

@@ -7,8 +7,7 @@ use loftsman_kernel::plugin::{
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
-use loftsman_kernel::text::figure;
-use loftsman_kernel::text::short;
+use loftsman_kernel::text::{figure, without_rounding};
 
 use crate::problem::OBJECT;
 use crate::representation::{direction, done, not_a_spline, spline};
@@ -74,11 +73,14 @@ impl Operation for Simplify {
             }
             other => return Err(not_a_spline(&name, other).into()),
         };
+        // What was removed exactly has moved nothing but by rounding.
+        let size = simplified.shape.points().iter().fold(0.0, |most: f64, p| most.max(p.coords.amax()));
+        let moved = scene.unit.quantity(without_rounding(simplified.moved, size), 1);
         let note = format!(
             "{} of {before} knots removed, {} control vertices left; moved by {} at most, measured",
             simplified.removed,
             simplified.shape.points().len(),
-            short(simplified.moved)
+            moved
         );
         if tolerance > 0.0 {
             scene.replace(&name, simplified.shape)?;

@@ -3,6 +3,7 @@
 use crate::measures::{Leaks, Measures};
 use loftsman_kernel::plugin::{Measured, ObjectChange};
 use loftsman_kernel::scene::Unit;
+use loftsman_kernel::text::without_rounding;
 
 use crate::program::console::{count, figure};
 
@@ -33,6 +34,8 @@ fn pair(name: &str, measured: Measured, unit: Unit, power: usize) -> Option<Stri
             format!("{}{} as before", one(after), inside_out(name, after))
         }
         (Some(before), Some(after)) => {
+            // What is nothing but rounding is nothing.
+            let after = without_rounding(after, before);
             let ratio = after / before;
             // Less than what is shown: no change to speak of.
             if figure(before) == figure(after) {
@@ -132,6 +135,7 @@ mod tests {
         assert_eq!(told(Some(2.0), Some(2.0 + 1e-13), Unit::Unknown), "area 2 square units as before");
         assert_eq!(told(Some(2.0), Some(2.0 - 3e-5), Unit::Metre), "area 2 m² as before");
         assert_eq!(told(None, Some(3.0), Unit::Millimetre), "area 3 mm²");
+        assert_eq!(told(Some(7.0), Some(1.776e-15), Unit::Millimetre), "area 7 → 0 mm²");
         assert_eq!(told(Some(3.0), None, Unit::Inch), "area 3 in² before");
         assert_eq!(told(Some(-1.0), Some(1.0), Unit::Unknown), "area -1 → 1 square unit");
         assert_eq!(told(None, None, Unit::Metre), "");

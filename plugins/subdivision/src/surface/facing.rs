@@ -57,13 +57,8 @@ impl Aim {
     /// # Errors
     /// When the fineness is not positive, or all sizes are 0 or one is not finite.
     pub(crate) fn new(fineness: &Fineness, sizes: &[f64]) -> Result<Self> {
-        let positive = |x: f64| x.is_finite() && x > 0.0;
+        fineness.check()?;
         let (Chord::Absolute(asked) | Chord::Relative(asked)) = fineness.chord;
-        if !positive(asked) || !positive(fineness.angle) {
-            return Err(Error::Invalid(
-                "the chord and the angle of a tessellation must be positive and finite".into(),
-            ));
-        }
         let largest = super::net::largest(sizes.iter().copied());
         if largest <= 0.0 {
             return Err(Error::NoExtent("all of the surface is one point".into()));
