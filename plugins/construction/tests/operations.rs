@@ -101,14 +101,14 @@ fn wrong_fields_are_told() {
         (
             "offset",
             json!({ "object": "ring", "distance": -2 }),
-            "\"ring\": nothing of the curve is 2 away on that side",
+            "\"ring\": nothing of the curve is 2 m away on that side",
         ),
         (
             "offset",
             json!({ "object": "line", "distance": 1 }),
             "\"line\": the curve is straight and lies in many planes",
         ),
-        ("offset", json!({ "object": "helix", "distance": 1 }), "\"helix\": the curve leaves its plane by"),
+        ("offset", json!({ "object": "helix", "distance": 1 }), " m: only planar curves have offsets"),
         ("offset", json!({ "object": "torus", "distance": 1 }), "name a curve or a polyline"),
         ("offset", json!({ "object": "ring", "distance": 1, "corners": "mitre" }), "corners: "),
         ("offset", json!({ "object": "dot", "distance": 1 }), "\"dot\": the curve is a point"),

@@ -102,7 +102,7 @@ fn outlines_move_as_those_of_opencascade() {
         let (source, away) = (&wires[name], case["away"].as_f64().unwrap());
         let sharp = case["corners"] == "sharp";
         let corners = if sharp { Corners::Sharp } else { Corners::Round };
-        let options = OffsetOptions { tolerance: Some(FINE), corners, normal: Some(Vector::z()) };
+        let options = OffsetOptions { tolerance: Some(FINE), corners, normal: Some(Vector::z()), unit: None };
         let told = format!("{name} {away} {}", case["corners"]);
         cases += 1;
         let found = match offset(source, away, &options) {
