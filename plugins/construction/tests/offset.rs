@@ -501,6 +501,114 @@ fn what_turns_back_is_gone_round() {
     }
 }
 
+/// What the passes of a way along a line cover that go in one direction: how long that is, and in how many parts.
+fn covered(turns: &[f64], way: f64) -> (f64, usize) {
+    let mut passes: Vec<[f64; 2]> = (turns.windows(2).filter(|w| (w[1] - w[0]) * way > 0.0))
+        .map(|w| [w[0].min(w[1]), w[0].max(w[1])])
+        .collect();
+    passes.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let (mut long, mut parts, mut end) = (0.0, 0, f64::NEG_INFINITY);
+    for [low, high] in passes {
+        parts += usize::from(low > end + 1e-9);
+        long += (high - low.max(end)).max(0.0);
+        end = end.max(high);
+    }
+    (long, parts)
+}
+
+/// A straight curve that turns back however often has on each side what its passes in that direction cover, and half a circle round each end where it turns:
+/// places are sampled here, so densely that turns are known to 1e-7.
+#[test]
+fn straight_curves_that_turn_back_often_are_slots() {
+    let mut random = Sequence(11);
+    let mut turned = [0; 8];
+    for degree in 1..=7_usize {
+        for case in 0..24 {
+            let count = degree + 1 + if case % 3 == 0 { 3 } else { 0 } + usize::from(degree == 1) * 4;
+            let closed = case % 4 == 3;
+            let mut values: Vec<f64> = (0..count).map(|_| 6.0 * random.next() - 3.0).collect();
+            if closed {
+                values[count - 1] = values[0];
+            }
+            let weights: Vec<f64> = (0..count).map(|_| 0.5 + random.next()).collect();
+            let scale = [1.0, 1e-6, 1e6][case % 3];
+            let along =
+                [Vector::x(), Vector::new(1.0, -0.267, 0.0), Vector::new(0.2, 0.5, 0.7)][case / 3 % 3];
+            let along = along.normalize();
+            let normal = along.cross(&Vector::new(0.3, -0.8, 0.1)).normalize();
+            let points: Vec<Point> = values.iter().map(|x| Point::origin() + along * (x * scale)).collect();
+            let space = Space::clamped_uniform(degree, count).unwrap();
+            let weights = (case % 2 == 1).then_some(weights);
+            let curve = Curve::build(space, points, weights).unwrap();
+            let seen = places(&curve, 20_000);
+            let mut xs: Vec<f64> = seen.iter().map(|p| p.coords.dot(&along) / scale).collect();
+            if degree == 1 {
+                xs = values;
+            }
+            xs.dedup();
+            let mut turns = vec![xs[0]];
+            turns.extend(xs.windows(3).filter(|w| (w[1] - w[0]) * (w[2] - w[1]) < 0.0).map(|w| w[1]));
+            turns.push(xs[xs.len() - 1]);
+            if turns.len() < 3 {
+                continue;
+            }
+            turned[degree] += usize::from(turns.len() > 3);
+            let (low, high) = turns.iter().fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(*x), b.max(*x)));
+            let inner = &turns[1..turns.len() - 1];
+            let (up, down) = (covered(&turns, 1.0), covered(&turns, -1.0));
+            let ends = [low, high].iter().filter(|x| closed || inner.contains(x)).count();
+            for away in [0.4, -0.4] {
+                let options = OffsetOptions { normal: Some(normal), ..OffsetOptions::default() };
+                let found = offset(&curve, away * scale, &options).unwrap();
+                let told = format!("degree {degree}, case {case}, {away}: {turns:?}");
+                let exact = up.0 + down.0 + ends as f64 * 0.4 * PI;
+                let long = length(&found.curves) / scale;
+                assert!((long - exact).abs() < 1e-5, "{told}: {long} for {exact}");
+                assert!(off(&curve, &found.curves, away * scale) < 1e-9 * scale, "{told}");
+                // Each end that is gone round joins two parts, of which a ring is one.
+                let parts = (up.1 + down.1 - ends).max(1);
+                assert_eq!(found.curves.len(), parts, "{told}");
+                for c in &found.curves {
+                    let (a, b) = c.domain();
+                    let ring = up.1 + down.1 == ends;
+                    assert_eq!(c.point(a).unwrap() == c.point(b).unwrap(), ring, "{told}");
+                }
+                let right = along.cross(&normal) * away.signum();
+                // The way that goes up is on the right, and on the left of it nothing leads up.
+                let ups = found.curves.iter().flat_map(|c| places(c, 400)).collect::<Vec<_>>();
+                assert!(ups.iter().any(|p| (p.coords.dot(&right) / scale - 0.4).abs() < 1e-9), "{told}");
+                let open = offset(&curve, away * scale, &OffsetOptions { corners: Corners::Open, ..options })
+                    .unwrap();
+                assert!((length(&open.curves) / scale - up.0 - down.0).abs() < 1e-5, "{told}");
+                assert_eq!(open.curves.len(), up.1 + down.1, "{told}");
+                let sharp =
+                    offset(&curve, away * scale, &OffsetOptions { corners: Corners::Sharp, ..options })
+                        .unwrap();
+                assert_eq!((&sharp.curves, sharp.blunted), (&found.curves, ends), "{told}");
+            }
+        }
+    }
+    assert!(turned[2..].iter().sum::<usize>() > 60 && turned[4] > 5, "{turned:?}");
+}
+
+/// With sharp corners more is taken away than circles say: of a U 2 wide nothing is left beyond 1, and just there is.
+#[test]
+fn where_sharp_offsets_end_is_told() {
+    let u = [[0.0, 6.0], [2.0, 6.0], [2.0, 2.0], [6.0, 2.0], [6.0, 6.0], [8.0, 6.0], [8.0, 0.0], [0.0, 0.0]];
+    for scale in [1.0, 1e-3, 1e4] {
+        let source = polygon(&u.map(|p| p.map(|x| x * scale)));
+        assert!(offset(&source, -0.9999 * scale, &with(Corners::Sharp)).is_ok());
+        for away in [-1.0001, -1.1, -1.17, -5.0] {
+            let said = offset(&source, away * scale, &with(Corners::Sharp)).unwrap_err().to_string();
+            assert!(said.ends_with(&format!("ends at a distance of about {scale}")), "{away}: {said}");
+        }
+        // Circles round the inner corners: `√2 (2 - r) = r`.
+        let said = offset(&source, -1.3 * scale, &OffsetOptions::default()).unwrap_err().to_string();
+        let told: f64 = said.rsplit(' ').next().unwrap().parse().unwrap();
+        assert!((told / scale - 2.0 * 2_f64.sqrt() / (1.0 + 2_f64.sqrt())).abs() < 1e-3, "{said}");
+    }
+}
+
 /// Two sides exactly twice the distance apart: what lies between has no width and is left out, the rest by closed forms. Lengths would tell of lines laid double.
 #[test]
 fn a_strip_of_no_width_is_left_out() {

@@ -6,6 +6,7 @@ use loftsman_kernel::mesh::{Cloud, Polyline};
 use loftsman_kernel::plugin::{Context, Parameters, Registry, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
+use loftsman_kernel::text::figure;
 use loftsman_kernel::{Point, Vector};
 use serde_json::{Value, json};
 
@@ -101,14 +102,14 @@ fn wrong_fields_are_told() {
         (
             "offset",
             json!({ "object": "ring", "distance": -2 }),
-            "\"ring\": nothing of the curve is 2 away on that side",
+            "\"ring\": nothing of the curve is 2 m away on that side",
         ),
         (
             "offset",
             json!({ "object": "line", "distance": 1 }),
             "\"line\": the curve is straight and lies in many planes",
         ),
-        ("offset", json!({ "object": "helix", "distance": 1 }), "\"helix\": the curve leaves its plane by"),
+        ("offset", json!({ "object": "helix", "distance": 1 }), " m: only planar curves have offsets"),
         ("offset", json!({ "object": "torus", "distance": 1 }), "name a curve or a polyline"),
         ("offset", json!({ "object": "ring", "distance": 1, "corners": "mitre" }), "corners: "),
         ("offset", json!({ "object": "dot", "distance": 1 }), "\"dot\": the curve is a point"),
@@ -227,6 +228,73 @@ fn a_spike_of_a_sweep_is_warned_of() {
         "{said}"
     );
     assert!(said.contains("split the path"), "{said}");
+    // Of many the eight that reach furthest are told, each with its place: with half the turn's cosine.
+    let mut way = vec![p(-9.0, 0.0, 0.0)];
+    let mut ahead = 0.0_f64;
+    let mut told = Vec::new();
+    for k in 0..11 {
+        let last = way[way.len() - 1];
+        way.push(last + Vector::new(ahead.cos(), ahead.sin(), 0.0) * 9.0);
+        let turn = 130.0 + 4.0 * f64::from(k * 7 % 11);
+        ahead += turn.to_radians() * if k % 2 == 0 { 1.0 } else { -1.0 };
+        told.push((0.1 / (0.5 * turn.to_radians()).cos(), k + 1, turn));
+    }
+    let last = way[way.len() - 1];
+    way.push(last + Vector::new(ahead.cos(), ahead.sin(), 0.0) * 9.0);
+    let knots: Vec<f64> = (0..way.len()).map(|k| k as f64).collect();
+    let path = Curve::new(Space::clamped(1, &knots).unwrap(), way).unwrap();
+    scene.add(Object::new("saw", path.into())).unwrap();
+    let saw = run(&mut scene, "sweep", json!({ "object": "hoop", "path": "saw" })).unwrap();
+    let [said] = &saw.warnings[..] else { panic!("{saw:?}") };
+    told.sort_by(|x, y| y.0.total_cmp(&x.0));
+    let (reach, at, turn) = told[0];
+    let first =
+        format!("turns by {turn} degrees, at {at} of it, the mitre of \"hoop\" reaches {} m", figure(reach));
+    assert!(said.contains(&first), "{said}");
+    let rest: Vec<String> =
+        told[1..8].iter().map(|(r, at, turn)| format!("{} m at {at} ({turn} degrees)", figure(*r))).collect();
+    let rest = format!(
+        "and at 10 other corners more than twice as far: {}, and at 3 more: put an arc",
+        rest.join(", ")
+    );
+    assert!(said.contains(&rest), "{said}\n{rest}");
+}
+
+/// A closed profile that leans far off the plane across the path gives a flattened pipe: warned of with the angle.
+#[test]
+fn a_leaning_profile_is_warned_of() {
+    let mut scene = scene();
+    let p = Point::new;
+    let way = Curve::bezier(vec![p(0.0, 0.0, 0.0), p(0.0, 0.0, 9.0), p(4.0, 0.0, 12.0)]).unwrap();
+    scene.add(Object::new("way", way.into())).unwrap();
+    for (degrees, warned) in [
+        (0.0_f64, false),
+        (45.0, false),
+        (59.0, false),
+        (61.0, true),
+        (82.0, true),
+        (119.0, true),
+        (150.0, false),
+    ] {
+        let turn = degrees.to_radians();
+        let name = format!("hoop {degrees}");
+        let hoop = Curve::circle(p(0.0, 0.0, 0.0), Vector::new(turn.sin(), 0.0, turn.cos()), 0.5).unwrap();
+        scene.add(Object::new(&name, hoop.into())).unwrap();
+        let swept = run(&mut scene, "sweep", json!({ "object": name, "path": "way" })).unwrap();
+        let said = swept.warnings.iter().find(|w| w.contains("off the one across the path"));
+        assert_eq!(said.is_some(), warned, "{degrees}: {swept:?}");
+        if let Some(said) = said {
+            assert!(said.contains(&format!("leans {} degrees", degrees.min(180.0 - degrees))), "{said}");
+            assert!(degrees != 82.0 || said.contains("14 % as wide"), "{said}");
+        }
+        let parallel = json!({ "object": name, "path": "way", "frame": "parallel" });
+        assert!(run(&mut scene, "sweep", parallel).unwrap().warnings.is_empty());
+    }
+    // What lies along it is told as laid double.
+    let along = Curve::circle(p(0.0, 0.0, 0.0), Vector::x(), 0.5).unwrap();
+    scene.add(Object::new("along", along.into())).unwrap();
+    let flat = run(&mut scene, "sweep", json!({ "object": "along", "path": "way" })).unwrap();
+    assert!(flat.warnings.is_empty() && flat.notes.iter().any(|n| n.contains("laid double")), "{flat:?}");
 }
 
 /// Where a curve is wanted and a polyline is there, the message says what makes a curve of it, and that does.

@@ -1,5 +1,7 @@
 //! `match`: an edge of a surface made to meet another surface's edge, with as many knots as that needs.
 
+mod remedy;
+
 use std::any::Any;
 
 use loftsman_kernel::edit::{Ask, Edit, EditError, Edited, Metric};
@@ -20,6 +22,7 @@ use crate::beside::{Beside, edge_of};
 use crate::deviation::{Deviation, Limits};
 use crate::history::{Attempt, History, Stuck};
 use crate::matching::{CONTINUITY, EDGE, LIMITS, Matching, WITH, continuity, limits, matching, other};
+use remedy::{Refused, Why};
 
 /// The default tolerance, of the edge's size.
 const TOLERANCE: f64 = 1e-4;
@@ -34,7 +37,8 @@ const SHORTEST: f64 = 1e-6;
 ///
 /// Its work is bounded: knots are inserted until there are 256, 192 or 128 (by continuity) control vertices along the edge (or twice as many as it had),
 /// and where the whole surface bends only as long as the bordered system stays within what the solver `saddle-point` takes. Knots
-/// stop where three estimates in a row, from what the last ones brought, say that twice as many as that would be needed.
+/// stop where three estimates in a row, from what the last ones brought, say that twice as many as that would be needed. What is refused so is tried once more with
+/// the degree and the knots of the other edge, and the remedies that a refusal names were tried, with no more than some times its own work.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct MatchOperation;
 
@@ -136,6 +140,7 @@ impl Operation for MatchOperation {
 }
 
 /// What is asked.
+#[derive(Debug, Clone)]
 struct Asked {
     edge: Edge,
     other: On,
@@ -143,6 +148,10 @@ struct Asked {
     continuity: usize,
     limits: Limits,
     keep: Option<usize>,
+    /// Whether that was said, and is not as the continuity.
+    keeps: bool,
+    /// Whether limits were given that a lower continuity has not.
+    limited: bool,
     bend: bool,
     refine: bool,
     unit: Unit,
@@ -198,6 +207,8 @@ impl Asked {
             continuity,
             limits: limits(p, continuity)?,
             keep,
+            keeps: p.has("keep"),
+            limited: p.has("angle") || p.has("curvature"),
             bend: !p.has("metric") || p.choice("metric", &[("bend", true), ("least", false)])?,
             refine: !p.has("refine") || p.flag("refine")?,
             unit,
@@ -220,6 +231,21 @@ impl Asked {
         other: &dyn Shape,
         context: &Context<'_>,
     ) -> Result<Made, OperationError> {
+        let mut work = Work { called: "match", done: 0, most: usize::MAX };
+        match self.attempt(surface, other, context, &mut work)? {
+            Ok(made) => Ok(made),
+            Err(refused) => Err(self.told(&refused, surface, other, context, &work)?),
+        }
+    }
+
+    /// With the surface's own knots first, and those of the other edge where they are not enough.
+    fn attempt(
+        &self,
+        surface: &Surface,
+        other: &dyn Shape,
+        context: &Context<'_>,
+        work: &mut Work,
+    ) -> Result<Result<Made, Refused>, OperationError> {
         let shapes = Shapes::new([surface as &dyn Shape, other]);
         let edge = edge_of(&shapes, &On::default(), self.edge, "match")?;
         let there = edge_of(&shapes, &self.other, self.other_edge, "match")?;
@@ -228,21 +254,63 @@ impl Asked {
         let limits = Limits { distance: Some(distance), ..self.limits };
         let along = if edge.edge.along_u { Direction::U } else { Direction::V };
         let profile = self.matching(limits).profile(&shapes)?;
-        let before = Deviation::worst(&profile).without_rounding(size);
-        let was_folded = Deviation::folded(&profile);
-        let mut start = self.with_rows(surface, along.other())?;
-        if self.refine
-            && let Some(alike) = as_the_other(&start, along, edge, &there)?
-        {
-            start = alike;
+        let case = Case {
+            surface,
+            other,
+            along,
+            size,
+            distance,
+            before: Deviation::worst(&profile).without_rounding(size),
+            was_folded: Deviation::folded(&profile),
+        };
+        let start = self.with_rows(surface, along.other())?;
+        if !self.refine {
+            return self.from(start, &case, context, work);
         }
+        let (refined, exact) = as_the_other(&start, along, edge, &there)?
+            .map_or((None, false), |found| (Some(found.0), found.1));
+        match refined {
+            None => self.from(start, &case, context, work),
+            Some(refined) if exact => self.from(refined, &case, context, work),
+            Some(refined) => {
+                let first = match self.from(start, &case, context, work)? {
+                    Ok(made) => return Ok(Ok(made)),
+                    Err(refused) => refused,
+                };
+                // With other weights it is not that curve, but bends and has corners where that does.
+                match self.from(refined, &case, context, work) {
+                    Ok(Err(refused)) => Ok(Err(if refused.worst.is_some() { refused } else { first })),
+                    Ok(made) => Ok(made),
+                    Err(_) => {
+                        // Whoever asked may have had enough; all else says no more than what was refused first.
+                        context.observer.proceed(work.called, 0, 0)?;
+                        Ok(Err(first))
+                    }
+                }
+            }
+        }
+    }
+
+    /// From a surface with these knots on.
+    fn from(
+        &self,
+        mut start: Surface,
+        case: &Case<'_>,
+        context: &Context<'_>,
+        work: &mut Work,
+    ) -> Result<Result<Made, Refused>, OperationError> {
+        let Case { surface, other, along, size, distance, before, .. } = *case;
         // What the equations leave between is judged here, by the limits: no curvature is too much beside a flat surface either.
         let lax = Limits { distance: Some(1e6 * size), angle: std::f64::consts::TAU, curvature: 1e200 };
         let most = MOST[self.continuity].max(2 * surface.space(along).len());
         let (mut history, mut cornered) = (History::default(), false);
         loop {
             let count = start.space(along).len();
-            context.observer.proceed("match", count as u64, most as u64)?;
+            if work.done >= work.most {
+                return Ok(Err(Refused::of(history.last(), size, Why::Work)));
+            }
+            work.done += count;
+            context.observer.proceed(work.called, count as u64, most as u64)?;
             let asked = self.matching(lax).bound_to(&Shapes::new([&start as &dyn Shape, other]))?;
             let edit = |smooth: u8| -> Result<_, OperationError> {
                 let still = 0..other.control_vertices().len() as i64;
@@ -271,21 +339,13 @@ impl Asked {
             let edited = match (solved, history.last()) {
                 (Ok(edited), _) => edited,
                 (Err(EditError::Solve(SolveError::TooLarge { .. })), Some(last)) => {
-                    let remedy = "more of them would take too much work: allow more, say metric = \"least\", or smooth the edge that \
-                                  stands still";
-                    return Err(self.refused(last.count, &last.worst, size, remedy));
+                    return Ok(Err(Refused::of(Some(last), size, Why::Work)));
                 }
                 (
                     Err(EditError::Solve(SolveError::NotConverged { .. } | SolveError::StillMoving { .. })),
                     _,
                 ) => {
-                    return Err(Error::Invalid(format!(
-                        "with {count} control vertices along the edge no surface was found that meets the other with continuity {}: move \
-                         it nearer first, ask for less continuity, or say metric = \"{}\"",
-                        self.continuity,
-                        if self.bend { "least" } else { "bend" }
-                    ))
-                    .into());
+                    return Ok(Err(Refused { count, worst: None, size, why: Why::NoneFound }));
                 }
                 (Err(EditError::Solve(SolveError::Metric { .. })), _) if self.bend => {
                     return Err(Error::Invalid(too_close(&start)).into());
@@ -298,7 +358,7 @@ impl Asked {
                 let degrees = |s: &Surface| [along, along.other()].map(|d| s.space(d).degree());
                 let count = |s: &Surface, direction| s.space(direction).len();
                 let (along, across) = (along, along.other());
-                return Ok(Made {
+                return Ok(Ok(Made {
                     size,
                     before,
                     after: worst,
@@ -307,12 +367,14 @@ impl Asked {
                     degrees: [degrees(surface), degrees(&start)],
                     edited,
                     cornered,
-                });
+                }));
             }
             let excess = worst.excess(self.continuity, distance, &self.limits);
             history.push(Attempt { count, excess, worst });
-            let tried = Tried { distance, size, most, was_folded, history: &mut history };
-            start = self.halved(&start, along, &profile, tried)?;
+            start = match self.halved(&start, case, most, &profile, &mut history)? {
+                Ok(halved) => halved,
+                Err(why) => return Ok(Err(Refused::of(history.last(), size, why))),
+            };
         }
     }
 
@@ -356,19 +418,19 @@ impl Asked {
         Ok(locked)
     }
 
-    /// The surface with the spans halved along which the match is outside its limits.
+    /// The surface with the spans halved along which the match is outside its limits; or why that would not help.
     fn halved(
         &self,
         surface: &Surface,
-        along: Direction,
+        case: &Case<'_>,
+        most: usize,
         profile: &[(f64, Deviation)],
-        tried: Tried<'_>,
-    ) -> Result<Surface, OperationError> {
-        let Tried { distance, size, most, was_folded, history } = tried;
-        let (space, folded) = (surface.space(along), self.continuity > 0 && Deviation::folded(profile));
+        history: &mut History,
+    ) -> Result<Result<Surface, Why>, OperationError> {
+        let (space, folded) = (surface.space(case.along), self.continuity > 0 && Deviation::folded(profile));
         let stuck = history.is_stuck();
         let outside = |a: f64, b: f64| {
-            let within = |one: &Deviation| one.within(self.continuity, distance, &self.limits);
+            let within = |one: &Deviation| one.within(self.continuity, case.distance, &self.limits);
             profile.iter().any(|(t, one)| *t >= a && *t <= b && !within(one))
         };
         let mut knots = Vec::new();
@@ -387,58 +449,45 @@ impl Asked {
             || space.len() + knots.len() > most
             || !self.refine
         {
-            let remedy = if was_folded && self.continuity > 0 {
-                "the surface lies folded back on the other: turn it round first, or ask for continuity 0"
-                    .to_owned()
+            let back = |(_, one): &(f64, Deviation)| one.angle > std::f64::consts::FRAC_PI_2;
+            return Ok(Err(if case.was_folded && self.continuity > 0 {
+                Why::WasFolded
             } else if folded {
-                "brought there it would fold back on the other, which it does not now: bring it nearer first, let more of it move \
-                 (keep, metric), or ask for continuity 0"
-                    .to_owned()
-            } else if self.continuity > 0
-                && profile.iter().any(|(_, one)| one.angle > std::f64::consts::FRAC_PI_2)
-            {
-                "along a part of the edge it would fold back on the other, as where an edge turns back or a surface shrinks to a \
-                 point: smooth the edge that stands still, bring the surface nearer first, or ask for continuity 0"
-                    .to_owned()
-            } else if !self.refine {
-                "let knots be inserted (refine = true), or allow more".to_owned()
-            } else if let (false, Some(needed)) = (hopeless, needed) {
-                format!(
-                    "some {needed} would be needed, and {most} are the most: allow more, or smooth the edge that stands still"
-                )
+                Why::Folds
+            } else if self.continuity > 0 && profile.iter().any(back) {
+                Why::FoldsInPart
+            } else if let (true, false, Some(needed)) = (self.refine, hopeless, needed) {
+                Why::Needs { needed, most }
             } else {
-                "allow more, or smooth the edge that stands still".to_owned()
-            };
-            let last = history.last().map_or_else(Deviation::default, |last| last.worst);
-            return Err(self.refused(space.len(), &last, size, &remedy));
+                Why::Limits
+            }));
         }
         if stuck.is_some() {
             history.all_halved();
         }
-        Ok(surface.insert_knots(along, &knots)?)
-    }
-
-    /// Why a match is refused with so many control vertices along the edge.
-    fn refused(&self, count: usize, worst: &Deviation, size: f64, remedy: &str) -> OperationError {
-        let apart = worst.up_to_in(self.continuity, size, self.unit);
-        Error::Invalid(format!(
-            "with {count} control vertices along the edge the surfaces are still apart by {apart}: {remedy}"
-        ))
-        .into()
+        Ok(Ok(surface.insert_knots(case.along, &knots)?))
     }
 }
 
-/// A match that is not within its limits.
-struct Tried<'a> {
-    /// The allowed distance.
-    distance: f64,
+/// What is matched.
+struct Case<'a> {
+    surface: &'a Surface,
+    other: &'a dyn Shape,
+    along: Direction,
     /// The larger edge's size.
     size: f64,
-    /// The most control vertices along the edge.
-    most: usize,
+    /// The allowed distance.
+    distance: f64,
+    before: Deviation,
     /// Whether the surface lay folded back on the other before.
     was_folded: bool,
-    history: &'a mut History,
+}
+
+/// Control vertices along the edge of all surfaces that were tried, and how many there may be.
+struct Work {
+    called: &'static str,
+    done: usize,
+    most: usize,
 }
 
 /// Why it cannot be measured how much a surface bends: which of its knots are closest together, by the length of their domain.
@@ -460,14 +509,14 @@ fn too_close(surface: &Surface) -> String {
     )
 }
 
-/// The surface raised and refined along its edge so that its space there holds the other edge; None where it does already, or
-/// where knots and degrees do not bring that about.
+/// The surface raised and refined along its edge so that its space there has the knots and the degree of the other edge, and whether it holds that then, which
+/// other weights keep it from; `None` where it does already, or where spaces do not go together.
 fn as_the_other(
     surface: &Surface,
     along: Direction,
     edge: EdgeCurve,
     there: &EdgeCurve,
-) -> Result<Option<Surface>, Error> {
+) -> Result<Option<(Surface, bool)>, Error> {
     let beside = Beside::new(edge, &there.curve)?;
     if beside.exactly()?.is_ok() {
         return Ok(None);
@@ -486,7 +535,8 @@ fn as_the_other(
     let number = loftsman_kernel::shape::edges_of(shape, "match")?.iter().position(|e| e.name == index);
     let Some(number) = number else { return Ok(None) };
     let alike = Beside::new(EdgeCurve::of(shape, number, "match")?, &there.curve)?;
-    Ok(alike.exactly()?.is_ok().then_some(refined))
+    let exact = alike.exactly()?.is_ok();
+    Ok((exact || !common.first.is_empty()).then_some((refined, exact)))
 }
 
 impl Made {

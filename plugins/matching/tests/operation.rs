@@ -219,6 +219,71 @@ fn what_cannot_be_is_said() {
     assert!(refused.contains("folded back"), "{refused}");
 }
 
+/// A sheet whose edge `u1` is wild and rational, of this degree along it, and one beside it.
+fn wild(degree: usize, seed: u64) -> [Surface; 2] {
+    let mut state = seed;
+    let mut next = move || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let mut sheet = |degree: usize, x: f64, count: usize| {
+        let (u, v) = (Space::clamped_uniform(3, 5).unwrap(), Space::clamped_uniform(degree, count).unwrap());
+        let at = |k: usize| ((k / count) as f64, (k % count) as f64 / (count - 1) as f64);
+        let points = (0..5 * count)
+            .map(|k| Point::new(x + 0.5 * at(k).0, 2.0 * at(k).1 - 1.0, 0.6 * next() - 0.3))
+            .collect();
+        let weights = (0..5 * count).map(|_| 0.5 + 1.5 * next()).collect();
+        Surface::build(u, v, points, Some(weights)).unwrap()
+    };
+    [sheet(degree, -2.0, 2 * degree + 3), sheet(2, 0.3, 4)]
+}
+
+/// A rational edge with knots of its own is met in position: with its knots, which the surface gets where halving its own brings nothing. And what a refusal
+/// names helps: it was tried.
+#[test]
+fn what_a_refusal_advises_works() {
+    let (mut refused, mut more, mut lower, mut knots) = (0, 0, 0, 0);
+    for (degree, seed, edge, continuity, refine) in [
+        (1, 1, "u0", 0, true),
+        (3, 1, "u0", 0, true),
+        (3, 3, "u0", 0, false),
+        (3, 2, "u1", 1, true),
+        (1, 3, "u0", 1, false),
+        (3, 0, "u1", 2, true),
+        (3, 0, "u0", 2, false),
+    ] {
+        let [hull, deck] = wild(degree, seed);
+        let fields = json!({ "object": "deck", "edge": edge, "with": { "object": "hull", "edge": "u1" },
+            "continuity": continuity, "refine": refine });
+        let told = match run(&mut scene(&hull, &deck), fields.clone()) {
+            Ok(_) => continue,
+            Err(told) => told,
+        };
+        refused += 1;
+        assert!(continuity > 0 || !refine, "{seed} {degree}: {told}");
+        if let Some((_, all)) = told.split_once("allow more (") {
+            let mut fields = fields.clone();
+            for limit in all.split(')').next().unwrap().split(", ") {
+                let (name, value) = limit.split_once(" = ").unwrap();
+                fields[name] = json!(value.parse::<f64>().unwrap());
+            }
+            run(&mut scene(&hull, &deck), fields).unwrap_or_else(|e| panic!("{told}: {e}"));
+            more += 1;
+        }
+        let mut fields = fields.clone();
+        fields["refine"] = json!(true);
+        if told.contains("let knots be inserted (refine = true)") {
+            run(&mut scene(&hull, &deck), fields).unwrap_or_else(|e| panic!("{told}: {e}"));
+            knots += 1;
+        } else if let Some((_, words)) = told.split_once("ask for continuity ") {
+            fields["continuity"] = json!(words[..1].parse::<usize>().unwrap());
+            run(&mut scene(&hull, &deck), fields).unwrap_or_else(|e| panic!("{told}: {e}"));
+            lower += 1;
+        }
+    }
+    assert!(refused > 3 && more > 2 && lower > 0 && knots > 2, "{refused} {more} {lower} {knots}");
+}
+
 /// Knots that lie close together on the surface that stands still are nothing to the one that moves; where its own lie so close that bending is beyond
 /// numbers, that is said in words of its own.
 #[test]

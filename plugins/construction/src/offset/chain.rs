@@ -147,7 +147,7 @@ fn crossing(
 }
 
 /// The curve of a chain; none where all of it is within the tolerance of one point.
-fn assembled(
+pub(super) fn assembled(
     job: &Job<'_>,
     elements: &[Element],
     parts: &[Interval],

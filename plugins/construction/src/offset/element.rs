@@ -276,7 +276,7 @@ fn join(job: &Job<'_>, between: [usize; 2], pace: f64, elements: &mut Elements) 
     let normal = job.plane.normal;
     let (sine, cosine) = (before.cross(&after).dot(&normal), before.dot(&after));
     let back = cosine < 0.0 && sine.abs() <= 1e-9;
-    if sine * job.distance <= 0.0 && !back || job.corners == Corners::Open {
+    if sine * job.distance <= 0.0 && !back || job.options.corners == Corners::Open {
         return Ok(());
     }
     let sweep = if back { std::f64::consts::PI.copysign(job.distance) } else { sine.atan2(cosine) };
@@ -286,7 +286,7 @@ fn join(job: &Job<'_>, between: [usize; 2], pace: f64, elements: &mut Elements) 
         [arriving, leaving].map(|v| 1.0 / v.norm()).map(|own| if own < 1e9 * pace { own } else { pace });
     // The tip is 1 / cos(turn / 2) distances away.
     let near = (0.5 * (1.0 + cosine)).max(0.0).sqrt();
-    if job.corners == Corners::Sharp && !back && near * TIP >= 1.0 {
+    if job.options.corners == Corners::Sharp && !back && near * TIP >= 1.0 {
         let tip = corner + (arms[0] + arms[1]) / (1.0 + cosine);
         let ends = [corner + arms[0], tip, corner + arms[1]];
         let index = elements.tips.len();
@@ -298,7 +298,7 @@ fn join(job: &Job<'_>, between: [usize; 2], pace: f64, elements: &mut Elements) 
         elements.tips.push(Tip::new(corner, arms, tip, &normal));
         return Ok(());
     }
-    elements.blunted += usize::from(job.corners == Corners::Sharp);
+    elements.blunted += usize::from(job.options.corners == Corners::Sharp);
     let width = reach * sweep.abs() * 0.5 * (paces[0] + paces[1]);
     elements.all.push(Element::Arc { corner, from: arms[0], sweep, width, between });
     Ok(())

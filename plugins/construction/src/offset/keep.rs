@@ -1,7 +1,7 @@
 //! Which parts of the elements are kept: those no nearer to the curve than the distance.
 
 use loftsman_kernel::Point;
-use loftsman_kernel::error::{Error, Figure, Result};
+use loftsman_kernel::error::{Error, Result};
 
 use super::Job;
 use super::element::{Element, Place};
@@ -103,8 +103,8 @@ pub(super) fn kept(
             if *looked > most_places {
                 return Err(Error::Invalid(format!(
                     "the offset at {} within {} takes more than {most_places} places to follow: give a larger tolerance, or split the curve",
-                    Figure(job.distance),
-                    crate::fields::figure(job.tolerance)
+                    job.options.given(job.distance),
+                    job.options.found(job.tolerance)
                 )));
             }
             let place = element.place(job, t)?;

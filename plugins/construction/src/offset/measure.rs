@@ -14,7 +14,7 @@ const PLACES: usize = 8;
 /// comes so on the side that is offset, its own offset begins there, and what is put together goes on. (On the other side, as where the curve
 /// crosses itself, nothing does.)
 pub(super) fn complete(job: &Job<'_>, elements: &[Element], tips: &Tips, chains: &[Chain]) -> Result<bool> {
-    if job.corners == Corners::Open {
+    if job.options.corners == Corners::Open {
         return Ok(true);
     }
     let ends = job.curve.domain();

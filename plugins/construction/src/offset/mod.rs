@@ -11,13 +11,15 @@ mod keep;
 mod measure;
 mod operation;
 mod plane;
+mod straight;
 mod tip;
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::error::{Error, Figure, Result};
+use loftsman_kernel::scene::Unit;
 use loftsman_kernel::spline::Curve;
 
-use element::{Elements, elements};
+use element::{Element, Elements, elements};
 pub use operation::OffsetOf;
 
 /// What happens where the curve has a corner, on the side where its offset falls apart.
@@ -42,6 +44,24 @@ pub struct OffsetOptions {
     pub corners: Corners,
     /// Across the plane; needed for straight lines, which lie in many. Of any length.
     pub normal: Option<Vector>,
+    /// What messages count lengths in; bare numbers where that is `None`.
+    pub unit: Option<Unit>,
+}
+
+impl OffsetOptions {
+    /// A length as messages tell it: as it was given.
+    fn given(&self, length: f64) -> String {
+        self.unit.map_or_else(
+            || Figure(length).to_string(),
+            |unit| format!("{} {}", Figure(length), unit.symbol()),
+        )
+    }
+
+    /// The same of a length that is found, in about six figures.
+    fn found(&self, length: f64) -> String {
+        let figure = crate::fields::figure(length);
+        self.unit.map_or_else(|| figure.clone(), |unit| format!("{figure} {}", unit.symbol()))
+    }
 }
 
 /// The offset of a curve.
@@ -66,7 +86,8 @@ pub struct Offset {
 /// way as seen from the tip of the normal (without one given: the tip whose largest component is positive).
 ///
 /// Lines, arcs of circles and the joins between pieces come out exact; all else are cubics through places of the offset and
-/// along its derivatives, with the curve's own parameters, halved until they are near enough. Then the deviation is measured afresh,
+/// along its derivatives, with the curve's own parameters, halved until they are near enough. A straight curve that turns back has lines and half circles, too, on
+/// each side along all that its passes in one direction cover, evenly passed. Then the deviation is measured afresh,
 /// both ways, on the curves that are handed out.
 ///
 /// A part is kept where no place of the curve is nearer than the distance and no tip of another sharp corner goes over it, to 2e-9 of it and 1e-11 of the size. Between the places
@@ -91,7 +112,7 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
         return Err(Error::Invalid(format!("{} is no distance to move by: {problem}", Figure(distance))));
     }
     let allowance = |size: f64| FLATTENED * options.tolerance.unwrap_or(1e-6 * size);
-    let plane = plane::Plane::of(curve, options.normal, &allowance)?;
+    let plane = plane::Plane::of(curve, options, &allowance)?;
     let tolerance = options.tolerance.unwrap_or(1e-6 * plane.size);
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return Err(Error::Invalid(format!("{} is no tolerance: give a length above 0", Figure(tolerance))));
@@ -106,15 +127,15 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
     if distance.abs() < FINEST * size {
         return Err(Error::Invalid(format!(
             "a distance of {} is less than the parts of an offset are found to, which is {} here: take the curve itself, or a larger distance",
-            Figure(distance.abs()),
-            crate::fields::figure(FINEST * size)
+            options.given(distance.abs()),
+            options.found(FINEST * size)
         )));
     }
     if tolerance < FINEST * size {
         return Err(Error::Invalid(format!(
             "a tolerance of {} is finer than the parts of an offset are found, which is to {} here: give that or more",
-            crate::fields::figure(tolerance),
-            crate::fields::figure(FINEST * size)
+            options.found(tolerance),
+            options.found(FINEST * size)
         )));
     }
     if let Some((flat, leaves)) = plane.flattened(curve)? {
@@ -123,7 +144,10 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
         return Ok(Offset { deviation: found.deviation + leaves, tolerance, ..found });
     }
     let around = around::Around::new(curve, 1e-14 * size)?;
-    let job = Job { curve, around, plane, distance, tolerance, size, corners: options.corners };
+    let job = Job { curve, around: &around, plane: &plane, distance, tolerance, size, options };
+    if let Some(found) = straight::folded(&job)? {
+        return if found.deviation <= tolerance { Ok(found) } else { Err(misses(&job, found.deviation)) };
+    }
     let (Elements { all: elements, blunted, .. }, tips) = elements(&job)?;
     let mut missed = Missed::Nothing;
     let mut looked = 0;
@@ -163,25 +187,56 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
     Err(Error::Invalid(match missed {
         Missed::Nothing => format!(
             "nothing of the curve is {} away on that side: what is longer than the tolerance of {} ends at a distance of about {}",
-            Figure(distance.abs()),
-            crate::fields::figure(tolerance),
-            crate::fields::figure(keep::reach(&job, &elements)?)
+            options.given(distance.abs()),
+            options.found(tolerance),
+            options.found(ends(&job, &elements)?)
         ),
         Missed::Strip => format!(
-            "nothing of the curve is {} away on that side but a strip of no width, where two sides are twice as far apart: give a smaller distance",
-            Figure(job.distance.abs())
+            "nothing of the curve is {} away on that side but a strip of no width, along which opposite places of the curve are twice as far apart: give a smaller distance",
+            options.given(distance.abs())
         ),
         Missed::Parts => format!(
             "what is left at {} is in parts too short to be followed: give a smaller tolerance, or another distance",
-            Figure(distance)
+            options.given(distance)
         ),
-        Missed::Place(by) => format!(
-            "the offset at {} misses its place by {} where {} is allowed: give a larger tolerance, or split the curve",
-            Figure(distance),
-            crate::fields::figure(by),
-            crate::fields::figure(tolerance)
-        ),
+        Missed::Place(by) => return Err(misses(&job, by)),
     }))
+}
+
+fn misses(job: &Job<'_>, by: f64) -> Error {
+    Error::Invalid(format!(
+        "the offset at {} misses its place by {} where {} is allowed: give a larger tolerance, or split the curve",
+        job.options.given(job.distance),
+        job.options.found(by),
+        job.options.found(job.tolerance)
+    ))
+}
+
+/// Up to which distance something longer than the tolerance is left, where nothing is at the one asked for. Circles that touch the curve say that unless tips of sharp
+/// corners go over what they leave: then it is found by halving, to a millionth.
+fn ends(job: &Job<'_>, all: &[Element]) -> Result<f64> {
+    let reach = keep::reach(job, all)?;
+    if job.options.corners != Corners::Sharp {
+        return Ok(reach);
+    }
+    let mut looked = 0;
+    let mut is_left = |away: f64| -> Result<bool> {
+        let nearer = Job { distance: away.copysign(job.distance), ..*job };
+        let (Elements { all, .. }, tips) = elements(&nearer)?;
+        let kept = keep::kept(&nearer, &all, &tips, 0, &mut looked)?;
+        Ok(!kept.intervals.is_empty() && !chain::chains(&nearer, &all, kept.intervals, 0)?.is_empty())
+    };
+    let (mut low, mut high) = (0.0, reach);
+    for _ in 0..ENDS {
+        let middle = 0.5 * low + 0.5 * high;
+        match is_left(middle) {
+            Ok(true) => low = middle,
+            Ok(false) => high = middle,
+            // What takes too much work is not found any nearer.
+            Err(_) => break,
+        }
+    }
+    Ok(high)
 }
 
 /// A curve that leaves its plane by no more than this part of the tolerance is put into it.
@@ -197,6 +252,8 @@ const PLACES: f64 = 2e7;
 const AN_ELEMENT: usize = 256;
 /// So often are the steps along the curve made shorter, four times each.
 const ROUNDS: u32 = 5;
+/// Halvings of the distance at which nothing is left any more.
+const ENDS: usize = 20;
 
 /// Why an offset is not handed out.
 enum Missed {
@@ -211,15 +268,16 @@ enum Missed {
 }
 
 /// What is to be done, checked.
+#[derive(Clone, Copy)]
 struct Job<'a> {
     curve: &'a Curve,
-    around: around::Around,
-    plane: plane::Plane,
+    around: &'a around::Around,
+    plane: &'a plane::Plane,
     distance: f64,
     tolerance: f64,
     /// Of the curve and the distance together.
     size: f64,
-    corners: Corners,
+    options: &'a OffsetOptions,
 }
 
 impl Job<'_> {

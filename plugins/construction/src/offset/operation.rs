@@ -80,6 +80,7 @@ impl Operation for OffsetOf {
             } else {
                 None
             },
+            unit: Some(scene.unit),
         };
         let made_of = offset(&curve, distance, &options).map_err(named(&source))?;
         let mut changed = scene.clone();

@@ -5,6 +5,7 @@ use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Point, Vector};
 use nalgebra::{Matrix3, SymmetricEigen};
 
+use super::OffsetOptions;
 use crate::sense::signed_area;
 
 /// What leaves the plane by less than this part of the size lies in it.
@@ -18,6 +19,8 @@ pub(super) struct Plane {
     pub(super) size: f64,
     /// Whether the curve ends where it starts.
     pub(super) closed: bool,
+    /// The direction of a curve that is straight.
+    pub(super) along: Option<Vector>,
     /// A point of it.
     middle: Vector,
     /// How far control vertices are from it at most.
@@ -26,7 +29,7 @@ pub(super) struct Plane {
 
 impl Plane {
     /// The plane in which all control vertices lie, to an `allowance` by their size: across the direction in which they vary least.
-    pub(super) fn of(curve: &Curve, wanted: Option<Vector>, allowance: &dyn Fn(f64) -> f64) -> Result<Self> {
+    pub(super) fn of(curve: &Curve, options: &OffsetOptions, allowance: &dyn Fn(f64) -> f64) -> Result<Self> {
         let points = curve.points();
         let largest = points.iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
         if largest > 1e150 {
@@ -48,7 +51,7 @@ impl Plane {
         let mut order = [0, 1, 2];
         order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
         let along: Vector = eigen.eigenvectors.column(order[2]).into();
-        let wanted = wanted.map(unit).transpose()?;
+        let wanted = options.normal.map(unit).transpose()?;
         let off = |normal: &Vector| {
             points.iter().map(|p| (p.coords - middle).dot(normal).abs()).fold(0.0, f64::max)
         };
@@ -71,7 +74,7 @@ impl Plane {
             if leaves > allowance(size).max(FLAT * size) {
                 return Err(Error::Invalid(format!(
                     "the curve leaves its plane by {}: only planar curves have offsets",
-                    crate::fields::figure(leaves)
+                    options.found(leaves)
                 )));
             }
             match wanted {
@@ -92,7 +95,13 @@ impl Plane {
         if closed && !straight && signed_area(curve, &Point::from(middle), &normal)? < -1e-9 * size * size {
             normal = -normal;
         }
-        Ok(Self { normal, size, closed, middle, leaves: off(&normal) })
+        // From end to end it is known better.
+        let place = |p: &&Point| (p.coords - middle).dot(&along);
+        let first = points.iter().min_by(|a, b| place(a).total_cmp(&place(b)));
+        let last = points.iter().max_by(|a, b| place(a).total_cmp(&place(b)));
+        let whole = first.zip(last).and_then(|(first, last)| (last - first).try_normalize(0.0));
+        let along = whole.filter(|_| straight);
+        Ok(Self { normal, size, closed, along, middle, leaves: off(&normal) })
     }
 
     /// The curve in the plane, and how far its vertices were from that; `None` where it lies there to rounding.

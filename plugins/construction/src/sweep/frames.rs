@@ -226,22 +226,20 @@ impl<'a> Walk<'a> {
         self.mitres.iter().filter(|ends| ends[1].is_some()).count()
     }
 
-    /// The corner whose mitre reaches furthest from the path, of places of the profile at these arms, and how many reach beyond so many times the longest of these.
-    pub(super) fn mitre(&self, arms: &[Vector], times: f64) -> Result<(Option<Mitre>, usize)> {
+    /// The corners' mitres, that which reaches furthest from the path first, of places of the profile at these arms.
+    pub(super) fn mitres(&self, arms: &[Vector]) -> Result<Vec<Mitre>> {
         let tangent = self.first()?.tangent;
         let profile = arms.iter().map(|arm| arm.norm()).fold(0.0, f64::max);
-        let (mut worst, mut beyond): (Option<Mitre>, usize) = (None, 0);
+        let mut mitres = Vec::new();
         for (k, ends) in self.mitres.iter().enumerate() {
             let (Some(across), Some(lean)) = (ends[1], self.leans[k][1]) else { continue };
             let reach = arms.iter().map(|arm| (arm + tangent * lean.by.dot(arm)).norm()).fold(0.0, f64::max);
-            beyond += usize::from(reach > times * profile * (1.0 + CORNER));
-            if worst.is_none_or(|worst| reach > worst.reach) {
-                // Across is the sum of both tangents.
-                let turn = 2.0 * (0.5 * across.norm()).min(1.0).acos();
-                worst = Some(Mitre { at: self.pieces[k].domain().1, turn, reach, profile });
-            }
+            // Across is the sum of both tangents.
+            let turn = 2.0 * (0.5 * across.norm()).min(1.0).acos();
+            mitres.push(Mitre { at: self.pieces[k].domain().1, turn, reach, profile });
         }
-        Ok((worst, beyond))
+        mitres.sort_by(|x, y| y.reach.total_cmp(&x.reach));
+        Ok(mitres)
     }
 
     /// How far what leans is from the sweep of sections that do not, each place from the way of its own, which goes on straight beyond its ends: the

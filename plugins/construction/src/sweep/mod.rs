@@ -52,6 +52,8 @@ pub struct Mitre {
 
 /// A mitre that reaches beyond so many times its profile is a spike: that of a centred profile does where the path turns by more than 120 degrees.
 const SPIKE: f64 = 2.0;
+/// So much of that is rounding.
+const AS_FAR: f64 = 1e-9;
 
 /// A sweep.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,8 +75,11 @@ pub struct Swept {
     pub corners: usize,
     /// The mitre that reaches furthest; none without corners.
     pub mitre: Option<Mitre>,
-    /// How many mitres reach beyond twice as far as the profile.
-    pub spikes: usize,
+    /// The mitres that reach beyond twice as far as the profile, furthest first.
+    pub spikes: Vec<Mitre>,
+    /// By how much the plane of a closed profile, across the area that it goes round, leans off the one across the path where that starts: radians, at most a
+    /// right angle; none of an open one.
+    pub off: Option<f64>,
     /// Beside corners where the path is not straight sections lean: how far that takes the surface from the sweep of sections that do not, at most,
     /// measured; 0 where there are none.
     pub leaned: f64,
@@ -127,7 +132,8 @@ pub fn sweep(profile: &Curve, path: &Curve, turning: Turning, tolerance: Option<
         ));
     }
     let round = goes_round(profile, path)?;
-    let (reversed, flat) = (round == Some(1.0), round == Some(0.0));
+    let off = round.map(|round| round.off);
+    let (reversed, flat) = (round.is_some_and(|r| r.way == 1.0), round.is_some_and(|r| r.way == 0.0));
     let backwards;
     let profile = if reversed {
         backwards = profile.reverse()?;
@@ -146,7 +152,8 @@ pub fn sweep(profile: &Curve, path: &Curve, turning: Turning, tolerance: Option<
             twist: 0.0,
             corners: 0,
             mitre: None,
-            spikes: 0,
+            spikes: Vec::new(),
+            off,
             leaned: 0.0,
             folds: None,
         });
@@ -161,7 +168,9 @@ pub fn sweep(profile: &Curve, path: &Curve, turning: Turning, tolerance: Option<
             let (twist, corners) = (walk.twist(), walk.corners());
             let arms: Vec<Vector> = places.iter().map(|(_, arm)| *arm).collect();
             let leaned = walk.leaned(&arms)?;
-            let (mitre, spikes) = walk.mitre(&arms, SPIKE)?;
+            let mut spikes = walk.mitres(&arms)?;
+            let mitre = spikes.first().copied();
+            spikes.retain(|mitre| mitre.reach > SPIKE * mitre.profile * (1.0 + AS_FAR));
             return Ok(Swept {
                 surface,
                 reversed,
@@ -172,6 +181,7 @@ pub fn sweep(profile: &Curve, path: &Curve, turning: Turning, tolerance: Option<
                 corners,
                 mitre,
                 spikes,
+                off,
                 leaned,
                 folds,
             });
@@ -185,9 +195,17 @@ pub fn sweep(profile: &Curve, path: &Curve, turning: Turning, tolerance: Option<
     )))
 }
 
-/// Which way round a closed profile runs about the path's direction at its start: 1 counterclockwise, -1 the other way, 0 where it lies along the path;
-/// nothing of an open one.
-fn goes_round(profile: &Curve, path: &Curve) -> Result<Option<f64>> {
+/// How a closed profile lies to the path's direction at its start.
+#[derive(Clone, Copy)]
+struct Round {
+    /// Which way round it runs about that: 1 counterclockwise, -1 the other way, 0 where it lies along the path.
+    way: f64,
+    /// By how much its plane leans off the one across the path: radians.
+    off: f64,
+}
+
+/// How a closed profile lies; nothing of an open one.
+fn goes_round(profile: &Curve, path: &Curve) -> Result<Option<Round>> {
     let (a, b) = profile.domain();
     let middle = profile.points().iter().map(|p| p.coords / profile.points().len() as f64).sum::<Vector>();
     let size = profile.points().iter().map(|p| (p.coords - middle).amax()).fold(0.0, f64::max);
@@ -206,8 +224,15 @@ fn goes_round(profile: &Curve, path: &Curve) -> Result<Option<f64>> {
     // At the size 1, at which squares are numbers.
     let points = profile.points().iter().map(|p| Point::from((p.coords - middle) / size)).collect();
     let unit = Curve::build(profile.space().clone(), points, profile.weights().map(<[f64]>::to_vec))?;
-    let twice = signed_area(&unit, &Point::origin(), &along.normalize())?;
-    Ok(Some(if twice.abs() <= FLAT { 0.0 } else { twice.signum() }))
+    let along = along.normalize();
+    let twice = signed_area(&unit, &Point::origin(), &along)?;
+    let axes = [Vector::x(), Vector::y(), Vector::z()];
+    let mut area = Vector::zeros();
+    for axis in axes {
+        area += axis * signed_area(&unit, &Point::origin(), &axis)?;
+    }
+    let off = area.cross(&along).norm().atan2(area.dot(&along).abs());
+    Ok(Some(Round { way: if twice.abs() <= FLAT { 0.0 } else { twice.signum() }, off }))
 }
 
 /// The exact sweep without turning.

@@ -4,12 +4,38 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
 };
-use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::scene::{Geometry, Scene, Unit};
 use loftsman_kernel::text::{self, without_rounding};
 
-use super::{Turning, sweep};
+use super::{Mitre, Turning, sweep};
 use crate::fields::{NAME, direction, figure, free_name, length, like, made, named};
 use crate::revolve::measured;
+
+/// A closed profile whose plane leans off the one across the path by more (60 degrees: it is half as wide then) is warned of.
+const LEANING: f64 = std::f64::consts::FRAC_PI_3;
+/// So many spikes are told with their places.
+const PLACES: usize = 8;
+
+/// Where there are other spikes, after the first: the furthest of them with how far they reach.
+fn elsewhere(others: &[Mitre], unit: Unit) -> String {
+    if others.is_empty() {
+        return String::new();
+    }
+    let each = others.iter().take(PLACES - 1).map(|mitre| {
+        let degrees = text::figure(mitre.turn.to_degrees());
+        format!("{} at {} ({degrees} degrees)", unit.quantity(mitre.reach, 1), text::figure(mitre.at))
+    });
+    let more = match others.len().saturating_sub(PLACES - 1) {
+        0 => String::new(),
+        more => format!(", and at {more} more"),
+    };
+    let corners = if others.len() == 1 {
+        "another corner".to_owned()
+    } else {
+        format!("{} other corners", others.len())
+    };
+    format!(", and at {corners} more than twice as far: {}{more}", each.collect::<Vec<_>>().join(", "))
+}
 
 /// The operation `sweep`: [`sweep`](fn@super::sweep).
 #[derive(Debug, Clone, Copy, Default)]
@@ -120,20 +146,26 @@ impl Operation for Sweep {
             ));
         }
         let mut warnings = Vec::new();
-        if let Some(mitre) = swept.mitre.filter(|_| swept.spikes > 0) {
-            let others = match swept.spikes - 1 {
-                0 => String::new(),
-                1 => ", and at another corner more than twice as far".to_owned(),
-                more => format!(", and at {more} other corners more than twice as far"),
-            };
+        if let [mitre, others @ ..] = &swept.spikes[..] {
             warnings.push(format!(
-                "where the path turns by {} degrees, at {} of it, the mitre of \"{source}\" reaches {} from it, {} times as far as the curve by itself ({}){others}: put an arc \
+                "where the path turns by {} degrees, at {} of it, the mitre of \"{source}\" reaches {} from it, {} times as far as the curve by itself ({}){}: put an arc \
                  into the corner, make it blunter, bring the curve nearer to the path, or split the path there and sweep along each part",
                 text::figure(mitre.turn.to_degrees()),
                 text::figure(mitre.at),
                 scene.unit.quantity(mitre.reach, 1),
                 text::short(mitre.reach / mitre.profile),
                 scene.unit.quantity(mitre.profile, 1),
+                elsewhere(others, scene.unit),
+            ));
+        }
+        if let Some(off) =
+            swept.off.filter(|off| *off > LEANING && !swept.flat && turning != Turning::Parallel)
+        {
+            warnings.push(format!(
+                "the plane of \"{source}\" leans {} degrees off the one across the path where that starts, so that across the path it is {} % as wide as it is in its own plane: \
+                 turn it until it lies across the path there, or say frame = \"parallel\" if it is to stay as it is",
+                text::figure(off.to_degrees()),
+                text::short(100.0 * off.cos()),
             ));
         }
         let area = measured(context, "surface-area", &surface);

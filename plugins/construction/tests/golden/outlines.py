@@ -8,6 +8,9 @@ vertices, weights and knots. `away` is outwards of closed ones, to the right of 
 with `GeomAbs_Arc` for round and `GeomAbs_Intersection` for sharp corners, and is held against what becomes of many chords: closed ones by shapely's
 `buffer` or, like open ones, by keeping of all moved places those that nothing is nearer to. Where it refuses, or what it gives has another number of loops, length or
 area than theirs, or places at another distance, the case is left out, whichever of the two is wrong, and `left_out` counts it. A loop inside another is a hole.
+
+Sharp corners of lines and arcs have another judge, the closed form of `lines_and_arcs.py`, to 1e-9: of closed wires OpenCASCADE's figures are kept where it agrees; where it refuses, or prolongs arcs as
+arcs, which is another convention, those of the closed form are (`"by": "closed form"`), if a union of polygons has the same area; of open ones they always are. `closed_form` counts all these.
 """
 import collections
 import json
@@ -21,6 +24,8 @@ os.dup2(2, 1)
 import numpy  # noqa: E402
 import shapely  # noqa: E402
 from scipy.optimize import minimize_scalar  # noqa: E402
+
+import lines_and_arcs  # noqa: E402
 
 from OCP.BRepAdaptor import BRepAdaptor_Curve  # noqa: E402
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire  # noqa: E402
@@ -312,7 +317,31 @@ def is_needle(points, away):
     return any(turn * way * away > 0 and math.cos(0.5 * turn) < 0.25 for turn in turns)
 
 
-left_out = collections.Counter()
+def exactly(parts, away, is_closed, points):
+    """The closed form of sharp corners of lines and arcs: runs, and whether an arc is prolonged; nothing of others, or where it cannot be trusted."""
+    if parts is None:
+        return None
+    right = -away if is_closed and not shapely.LinearRing(points).is_ccw else away
+    runs, arcs = lines_and_arcs.offset(parts, right, is_closed)
+    if not runs or is_closed and lines_and_arcs.check(parts, right, runs) > 1e-6:
+        return None
+    return runs, arcs
+
+
+def by_closed_form(name, away, runs, is_closed):
+    pieces = [piece for run in runs for piece in run]
+    spread = pieces[::max(1, len(pieces) // POINTS)][:POINTS]
+    each = max(1, POINTS // len(spread))
+    edges = [p for piece in pieces for p in piece.box()]
+    case = {"wire": name, "away": away, "corners": "sharp", "by": "closed form", "loops": len(runs), "length": lines_and_arcs.length(runs),
+            "low": [min(p[k] for p in edges) for k in (0, 1)], "high": [max(p[k] for p in edges) for k in (0, 1)],
+            "points": [piece.at((2 * k + 1) / (2 * each)) for piece in spread for k in range(each)]}
+    if is_closed:
+        case["area"] = abs(lines_and_arcs.area(runs))
+    return told(case)
+
+
+left_out, closed_form = collections.Counter(), collections.Counter()
 cases, given = [], wires()
 for name, pieces in given.items():
     builder = BRepBuilderAPI_MakeWire()
@@ -320,6 +349,7 @@ for name, pieces in given.items():
         builder.Add(edge(piece))
     wire, points, fine = builder.Wire(), chords(pieces, CHORDS), chords(pieces, FINE)
     distances = distances_from(fine)
+    parts_of_it = lines_and_arcs.read(pieces)
     is_closed = math.dist(points[0], points[-1]) < 1e-9
     if is_closed and not shapely.Polygon(points).is_valid:
         raise SystemExit(f"{name} crosses itself")
@@ -333,6 +363,16 @@ for name, pieces in given.items():
     for away in (0.15, 0.6, 1.1, -0.15, -0.45, -0.9):
         for corners, join in (("round", GeomAbs_Arc), ("sharp", GeomAbs_Intersection)):
             if corners == "sharp" and not is_closed:
+                exact = exactly(parts_of_it, away, False, points)
+                if exact is None:
+                    continue
+                found = moved(wire, way * away, join, False)
+                own = found and sum(GCPnts_AbscissaPoint.Length_s(BRepAdaptor_Curve(one), 1e-12) for one in found[0])
+                long = lines_and_arcs.length(exact[0])
+                same = bool(found) and len(found[1]) == len(exact[0]) and abs(own - long) <= 1e-9 * long
+                closed_form["open sharp: " + ("OpenCASCADE alike" if same else "arcs prolonged" if found and exact[1] else "other length" if found else "refused")] += 1
+                print(name, away, corners, "by closed form", long, own, file=sys.stderr)
+                cases.append(by_closed_form(name, away, exact[0], False))
                 continue
             if is_closed:
                 loops, length, inside = by_buffer(points, away, corners == "sharp")
@@ -360,6 +400,19 @@ for name, pieces in given.items():
                     why = differs(*by_places(chords(pieces, FINE // 10), distances, way_out), None, 1e-3)
                 if why is None and corners == "round" and far > 1e-6:
                     why = "distance"
+            exact = exactly(parts_of_it, away, True, points) if why and is_closed and corners == "sharp" else None
+            if exact:
+                runs, arcs = exact
+                long, inside = lines_and_arcs.length(runs), abs(lines_and_arcs.area(runs))
+                if found and len(found[1]) == len(runs) and abs(own - long) <= 1e-9 * long and abs((its_area or 0.0) - inside) <= 1e-9 * inside:
+                    # shapely alone was wrong: it makes concave ways simpler before it moves them.
+                    why = None
+                    closed_form["closed sharp: OpenCASCADE alike"] += 1
+                else:
+                    closed_form["closed sharp: " + ("refused" if found is None else "arcs prolonged" if arcs else "other " + why)] += 1
+                    print(name, away, corners, "by closed form", long, inside, why, found and own, file=sys.stderr)
+                    cases.append(by_closed_form(name, away, runs, True))
+                    continue
             print(name, away, corners, why, (loops, length, inside), None if found is None else (len(found[1]), own, its_area, far), file=sys.stderr)
             if why:
                 left_out[f"{'closed' if is_closed else 'open'} {corners}: {why}"] += 1
@@ -374,6 +427,7 @@ for name, pieces in given.items():
             cases.append(told(case))
 compact = lambda x: json.dumps(x, separators=(",", ":"))  # noqa: E731
 lines = [' "left_out": ' + json.dumps(dict(sorted(left_out.items()))),
+         ' "closed_form": ' + json.dumps(dict(sorted(closed_form.items()))),
          ' "wires": {\n' + ",\n".join(f"  {json.dumps(name)}: {compact(pieces)}" for name, pieces in given.items()) + "\n }",
          ' "cases": [\n' + ",\n".join("  " + compact(case) for case in cases) + "\n ]"]
 os.write(_out, ("{\n" + ",\n".join(lines) + "\n}\n").encode())

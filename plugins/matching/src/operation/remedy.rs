@@ -1,0 +1,185 @@
+//! Why a match is refused, and what helps: remedies are tried before they are named.
+
+use loftsman_kernel::error::Error;
+use loftsman_kernel::plugin::{Context, OperationError};
+use loftsman_kernel::shape::Shape;
+use loftsman_kernel::spline::Surface;
+use loftsman_kernel::text::short;
+
+use super::{Asked, TOLERANCE, Work};
+use crate::deviation::{Deviation, Limits};
+use crate::history::Attempt;
+
+/// So many times the work of what was refused may a remedy take, and so much in any case.
+const TIMES: usize = 2;
+const LEAST: usize = 512;
+/// What is allowed instead is so much more than what was reached.
+const MORE: f64 = 1.05;
+
+/// A match that is not within its limits.
+#[derive(Debug)]
+pub(super) struct Refused {
+    /// Control vertices along the edge.
+    pub(super) count: usize,
+    /// What was left; nothing where no surface was found.
+    pub(super) worst: Option<Deviation>,
+    /// Of the larger edge.
+    pub(super) size: f64,
+    pub(super) why: Why,
+}
+
+/// Why more knots do not help.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Why {
+    /// No surface solves the equations.
+    NoneFound,
+    /// They would be too much work.
+    Work,
+    /// So many would be needed.
+    Needs {
+        needed: usize,
+        most: usize,
+    },
+    /// It lay folded back on the other before.
+    WasFolded,
+    /// It would.
+    Folds,
+    FoldsInPart,
+    /// They bring it no nearer.
+    Limits,
+}
+
+impl Refused {
+    pub(super) fn of(last: Option<&Attempt>, size: f64, why: Why) -> Self {
+        Self { count: last.map_or(0, |last| last.count), worst: last.map(|last| last.worst), size, why }
+    }
+}
+
+impl Asked {
+    /// The refusal, with the remedies that were tried and helped: the limits that are met, and the first of the others.
+    pub(super) fn told(
+        &self,
+        refused: &Refused,
+        surface: &Surface,
+        other: &dyn Shape,
+        context: &Context<'_>,
+        work: &Work,
+    ) -> Result<OperationError, OperationError> {
+        let count = refused.count;
+        let what = match &refused.worst {
+            Some(worst) => format!(
+                "with {count} control vertices along the edge the surfaces are still apart by {}",
+                worst.up_to_in(self.continuity, refused.size, self.unit)
+            ),
+            None => format!(
+                "with {count} control vertices along the edge no surface was found that meets the other with continuity {}",
+                self.continuity
+            ),
+        };
+        let why = match refused.why {
+            Why::NoneFound | Why::Limits => String::new(),
+            Why::Work => ": more of them would take too much work".to_owned(),
+            Why::Needs { needed, most } => format!(": some {needed} would be needed, and {most} are the most"),
+            Why::WasFolded => ": the surface lies folded back on the other: turn it round first".to_owned(),
+            Why::Folds => ": brought there it would fold back on the other, which it does not now".to_owned(),
+            Why::FoldsInPart => ": along a part of the edge it would fold back on the other, as where an edge turns back or a \
+                                 surface shrinks to a point"
+                .to_owned(),
+        };
+        let mut helps = Vec::new();
+        let mut tries = self.remedies(refused);
+        let more = refused.worst.and_then(|worst| self.allowing(&worst, refused.size));
+        let works = |asked: &Self| -> Result<bool, OperationError> {
+            let most = (TIMES * work.done).max(LEAST);
+            let mut work = Work { called: "remedy", done: 0, most };
+            match asked.attempt(surface, other, context, &mut work) {
+                Ok(made) => Ok(made.is_ok()),
+                // Whoever asked may have had enough; all else is no remedy.
+                Err(error) => {
+                    context.observer.proceed("remedy", 0, 0)?;
+                    drop(error);
+                    Ok(false)
+                }
+            }
+        };
+        if let Some((asked, words)) = more
+            && works(&asked)?
+        {
+            helps.push(words);
+        }
+        for (asked, words) in tries.drain(..) {
+            if works(&asked)? {
+                helps.push(words);
+                break;
+            }
+        }
+        let advice = match &helps[..] {
+            [] if refused.why == Why::WasFolded => String::new(),
+            [] => ": nothing that was tried helps: smooth the edge that stands still there, or bring the surface nearer to it by hand"
+                .to_owned(),
+            _ => format!(": {}", helps.join(", or ")),
+        };
+        Ok(Error::Invalid(format!("{what}{why}{advice}")).into())
+    }
+
+    /// What may help, and how it is said, in the order in which it is tried.
+    fn remedies(&self, refused: &Refused) -> Vec<(Self, String)> {
+        let mut tries = Vec::new();
+        if !self.refine {
+            tries.push((
+                Self { refine: true, ..self.clone() },
+                "let knots be inserted (refine = true)".to_owned(),
+            ));
+        }
+        if matches!(refused.why, Why::Work | Why::NoneFound) {
+            let freed = Self { keep: None, ..self.clone() };
+            let metric = if self.bend { "least" } else { "bend" };
+            tries.push((Self { bend: !self.bend, ..self.clone() }, format!("say metric = \"{metric}\"")));
+            if self.keep.is_some() {
+                let words = format!("let more of it move (keep = \"nothing\", metric = \"{metric}\")");
+                tries.push((freed.clone(), "let more of it move (keep = \"nothing\")".to_owned()));
+                tries.push((Self { bend: !self.bend, ..freed }, words));
+            }
+        }
+        // What folds does so with tangent planes as well.
+        let folds = matches!(refused.why, Why::WasFolded | Why::Folds | Why::FoldsInPart);
+        for continuity in (0..self.continuity).rev().filter(|c| !folds || *c == 0) {
+            let keep = if self.keeps { self.keep } else { Some(continuity) };
+            let limits = if continuity == 0 {
+                Limits { distance: self.limits.distance, ..Limits::default() }
+            } else {
+                self.limits
+            };
+            let refine = if self.refine { "" } else { " and refine = true" };
+            let without = if self.limited { ", without the limits of more" } else { "" };
+            let words = format!("ask for continuity {continuity}{refine}{without}");
+            tries.push((Self { continuity, keep, limits, refine: true, ..self.clone() }, words));
+        }
+        tries
+    }
+
+    /// The same with as much allowed as was reached; nothing where that would be a fold.
+    fn allowing(&self, worst: &Deviation, size: f64) -> Option<(Self, String)> {
+        let mut asked = self.clone();
+        let mut words = Vec::new();
+        let more = |found: f64| short(found * MORE).parse::<f64>().ok().filter(|more| *more >= found);
+        if worst.distance > self.limits.distance.unwrap_or(TOLERANCE * size) {
+            asked.limits.distance = Some(more(worst.distance)?);
+            words.push(format!("tolerance = {}", short(worst.distance * MORE)));
+        }
+        if self.continuity > 0 && worst.angle > self.limits.angle {
+            if worst.angle > std::f64::consts::FRAC_PI_2 {
+                return None;
+            }
+            let degrees = more(worst.angle.to_degrees())?;
+            asked.limits.angle = degrees.to_radians();
+            words.push(format!("angle = {}", short(worst.angle.to_degrees() * MORE)));
+        }
+        if self.continuity > 1 && worst.part > self.limits.curvature {
+            let percent = more(100.0 * worst.part)?;
+            asked.limits.curvature = percent / 100.0;
+            words.push(format!("curvature = {}", short(100.0 * worst.part * MORE)));
+        }
+        (!words.is_empty()).then(|| (asked, format!("allow more ({})", words.join(", "))))
+    }
+}
