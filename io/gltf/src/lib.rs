@@ -47,7 +47,7 @@
 //! Every node of the scene that is shown becomes an object, its mesh with a slot for each material; a mesh that several
 //! nodes show is one geometry, which their objects share until one of them is changed, and so are meshes of the same
 //! vertices that differ in their materials. Strips and fans become triangles;
-//! lines the mesh's lines, or a polyline where there is one strip and nothing else; points a cloud; lines and points with
+//! lines the mesh's lines, or a polyline where there is one strip, or lines that make one, and nothing else; points a cloud; lines and points with
 //! colours or other layers are a mesh of nothing else.
 //! Accessors may be sparse, interleaved, normalised or quantised. An exact spline is taken from the extras as long as the
 //! mesh has the vertices that were written with it, or the node no mesh at all. The unit and axes of the scene are those that the asset

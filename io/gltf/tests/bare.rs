@@ -5,7 +5,7 @@
 use loftsman_gltf::Gltf;
 use loftsman_kernel::mesh::{Cloud, Layer, Mesh};
 use loftsman_kernel::plugin::{Format, Memory, ReadOptions, WriteOptions};
-use loftsman_kernel::scene::{Object, Scene};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Point, Vector};
 use nalgebra::Matrix4;
@@ -187,4 +187,73 @@ fn rounding_is_told_where_there_is_some() {
     assert_eq!(told(1.0), None);
     let rounded = told(0.1).unwrap();
     assert!(rounded.contains("1.5e-9 m"), "{rounded}");
+}
+
+/// Lines two by two, in any order, as other programs write the edges of a mesh: what is one chain is a polyline, and anything else stays a mesh of lines.
+#[test]
+fn lines_that_are_one_chain_are_a_polyline() {
+    let file = |count: u32, pairs: &[[u32; 2]]| {
+        let points = (0..count).flat_map(|k| [k as f32, (k * k) as f32, 0.5].map(f32::to_le_bytes));
+        let indices = pairs.iter().flatten().map(|k| k.to_le_bytes());
+        let bytes: Vec<u8> = points.chain(indices).flatten().collect();
+        let (first, second) = (12 * count, bytes.len() as u32 - 12 * count);
+        let root = json!({
+            "asset": { "version": "2.0" },
+            "scene": 0,
+            "scenes": [{ "nodes": [0] }],
+            "nodes": [{ "name": "wire", "mesh": 0 }],
+            "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "indices": 1, "mode": 1 }] }],
+            "accessors": [
+                { "bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3",
+                  "min": [0, 0, 0.5], "max": [count - 1, (count - 1) * (count - 1), 0.5] },
+                { "bufferView": 1, "componentType": 5125, "count": 2 * pairs.len(), "type": "SCALAR" }
+            ],
+            "bufferViews": [
+                { "buffer": 0, "byteLength": first },
+                { "buffer": 0, "byteOffset": first, "byteLength": second }
+            ],
+            "buffers": [{ "byteLength": bytes.len(), "uri": "b.bin" }]
+        });
+        let mut file = Memory::new("b.gltf", root.to_string());
+        file.siblings.insert("b.bin".into(), bytes);
+        file
+    };
+    type Case<'a> = (u32, &'a [[u32; 2]], Option<(&'a [u32], bool)>);
+    let cases: [Case<'_>; 11] = [
+        (4, &[[2, 3], [1, 0], [2, 1]], Some((&[0, 1, 2, 3], false))),
+        (4, &[[3, 1], [0, 3], [0, 2]], Some((&[1, 3, 0, 2], false))),
+        (4, &[[2, 3], [1, 0], [2, 1], [3, 0]], Some((&[0, 1, 2, 3], true))),
+        (4, &[[0, 3], [2, 3], [1, 0], [2, 1]], Some((&[0, 3, 2, 1], true))),
+        (2, &[[1, 0]], Some((&[0, 1], false))),
+        // There and back, a point, a fork, two chains, a ring beside a chain, a point that no line has.
+        (2, &[[1, 0], [0, 1]], None),
+        (2, &[[0, 1], [1, 1]], None),
+        (4, &[[0, 1], [1, 2], [1, 3]], None),
+        (4, &[[0, 1], [2, 3]], None),
+        (5, &[[0, 1], [2, 3], [3, 4], [4, 2]], None),
+        (4, &[[0, 1], [1, 2]], None),
+    ];
+    for (count, pairs, wanted) in cases {
+        let scene = read(&file(count, pairs));
+        match (scene.object("wire").unwrap().geometry(), wanted) {
+            (Geometry::Polyline(line), Some((order, closed))) => {
+                let at = |k: &u32| Point::new(f64::from(*k), f64::from(k * k), 0.5);
+                assert_eq!(line.points, order.iter().map(at).collect::<Vec<_>>(), "{pairs:?}");
+                assert_eq!(line.closed, closed, "{pairs:?}");
+            }
+            (Geometry::Mesh(mesh), None) => {
+                assert_eq!(mesh.lines().map(|l| l.len() - 1).sum::<usize>(), pairs.len())
+            }
+            (other, _) => panic!("{pairs:?}: a {}", other.kind()),
+        }
+        // What comes out is read as it was.
+        let first = write(&scene);
+        let again = read(&first);
+        assert_eq!(
+            again.object("wire").unwrap().geometry(),
+            scene.object("wire").unwrap().geometry(),
+            "{pairs:?}"
+        );
+        assert_eq!(first.bytes, write(&again).bytes, "{pairs:?}");
+    }
 }

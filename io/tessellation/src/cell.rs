@@ -10,7 +10,7 @@ use crate::forms::Forms;
 use crate::patch::{Homogeneous, Patch, project, xyz};
 use crate::topology::Poles;
 use crate::tree::{Cell, Cut, Tree, Vertex};
-use crate::triangulation::{Costs, HOPELESS_EDGE, Plane, Triangulation, normal_of};
+use crate::triangulation::{Costs, HOPELESS_EDGE, Plane, Triangle, Triangulation, normal_of};
 
 /// Where the patch is further (in tolerances) from one of a cell's edges, the cell is cut without a closer look.
 const HOPELESS: f64 = 8.0;
@@ -200,6 +200,9 @@ impl Judge {
         if error.is_nan() || error > target.chord {
             error = self.hugging_view(patch, view, target).unwrap_or(error);
         }
+        if error.is_nan() || error > target.chord {
+            error = self.level(patch, &tree.vertices, view, target.chord).unwrap_or(error);
+        }
         if (error.is_nan() || error > target.chord) && !view.tiny {
             return self.divide(tree, cell, view, target);
         }
@@ -253,6 +256,52 @@ impl Judge {
             worst = if error.is_nan() { f64::INFINITY } else { worst.max(error) };
         }
         worst
+    }
+
+    /// How far the chosen triangles are from the cell, and back, where both are nearly in one plane, if that is within `limit`: a certificate that does not mind how the
+    /// patch runs within that plane, where a triangle's own image may reach over the diagonal to its neighbour.
+    ///
+    /// Seen along the plane's normal the patch nowhere turns over, and no triangle does. So both cover, as often, what their borders wind around; and
+    /// these are the chords of the cell's edges and the edges, which are within `T` of one another at equal shares. What is further than `T` from the one border is wound
+    /// around as often by the other: a point of either is within `T` of the other, in the plane, and across it within what both are apart at most.
+    fn level(&mut self, patch: &Patch, vertices: &[Vertex], view: &View<'_>, limit: f64) -> Option<f64> {
+        let normal = crossing(&view.corners).try_normalize(0.0)?;
+        // Not the patch, nor the room for its points, before its corners say that it may be.
+        let origin = view.corners[0].point;
+        if view.corners.iter().any(|c| !(normal.dot(&(c.point - origin)).abs() <= limit)) {
+            return None;
+        }
+        self.hull.clone_from(&patch.net);
+        restrict(&mut self.hull, patch.rows, patch.columns, view.low, view.high);
+        let (mut low, mut high) = (0.0_f64, 0.0_f64);
+        for h in &self.hull {
+            let height = normal.dot(&(project(h) - origin));
+            if !height.is_finite() {
+                return None;
+            }
+            (low, high) = (less(low, height), more(high, height));
+        }
+        if high - low > limit {
+            return None;
+        }
+        let stands = |triangle: &Triangle| {
+            let [a, b, c] = triangle.corners.map(|k| vertices[k as usize].point);
+            (b - a).cross(&(c - a)).dot(&normal) > 0.0
+        };
+        let [a, b, c, _] = view.corners;
+        if !self.triangulation.triangles.iter().all(stands) || !self.unfolded(patch, [a, b, c], &normal) {
+            return None;
+        }
+        let mut within = 0.0_f64;
+        for (from, to) in self.triangulation.border() {
+            let (from, to) = (&vertices[from as usize], &vertices[to as usize]);
+            let along = leg(from, to)?;
+            let off = [normal.cross(&along), along]
+                .map(|way| self.forms.now().along(&way, &from.point, from.at, to.at));
+            within = more(within, off[0].hypot(off[1]));
+        }
+        let error = (high - low).hypot(within);
+        (error <= limit).then_some(error)
     }
 
     /// Whether the cell, seen along the normal of a triangle, nowhere turns over: the Jacobian of `(F / W, G / W)`, which are its

@@ -177,6 +177,12 @@ impl Triangulation {
         least
     }
 
+    /// The chords around the cell last looked at, each from its one vertex to its next.
+    pub(crate) fn border(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
+        let around = self.sides.iter().flatten();
+        around.clone().zip(around.clone().skip(1).chain(around.take(1))).map(|(from, to)| (*from, *to))
+    }
+
     /// The same triangles in another state, where their planes are others.
     pub(crate) fn move_on(&mut self) {
         self.triangles.iter_mut().for_each(|triangle| triangle.plane = None);

@@ -353,3 +353,59 @@ proptest! {
         prop_assert_eq!(&mesh, &Adaptive::default().surface(&surface, &fineness).unwrap());
     }
 }
+
+/// Pieces of a plane between straight edges are two triangles each, however unevenly their parameters run within it: the image of a diagonal is no straight line then.
+#[test]
+fn plane_pieces_between_lines_are_two_triangles() {
+    let fineness = Fineness { chord: Chord::Absolute(1e-3), angle: 0.26 };
+    // A frame of four mitred bars, each side a trapezoid.
+    let corner = |k: usize, inset: f64, z: f64| {
+        let (x, y) = [(0.0, 0.0), (20.0, 0.0), (20.0, 14.0), (0.0, 14.0)][k];
+        let inward = |at: f64, far: f64| if at == 0.0 { inset } else { far - inset };
+        Point::new(inward(x, 20.0), inward(y, 14.0), z)
+    };
+    let bar = [(0.0, -1.0), (0.0, 1.0), (2.0, 1.5), (2.5, -1.0)];
+    let net = (0..4).flat_map(|k| bar.map(|(inset, z)| corner(k, inset, z))).collect();
+    let ring = |n: usize| Space::periodic(1, (0..=n).map(|k| k as f64).collect()).unwrap();
+    let frame = Surface::new(ring(4), ring(4), net).unwrap();
+    for surface in [frame.clone(), frame.elevate(loftsman_kernel::spline::Direction::U, 2).unwrap()] {
+        let Tessellated { mesh, error, .. } =
+            Adaptive::default().measured_surface(&surface, &fineness).unwrap();
+        assert_eq!(mesh.triangle_count(), 32);
+        assert!(error < 1e-12, "{error:e}");
+        let (out, back) = deviation(&surface, &mesh, 1e-9);
+        assert!(out.max(back) < 1e-9, "{out:e} {back:e}");
+    }
+}
+
+/// What is certified is so: of four points in a plane, in any order, whose bilinear patch may fold over, and of pieces whose edges bend within the plane.
+#[test]
+fn plane_pieces_are_as_near_as_told() {
+    let mut random = 7_u64;
+    let mut next = || {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (random >> 40) as f64 / 16_777_216.0 - 0.5
+    };
+    let (right, up) = (Vector::new(1.0, 0.2, -0.3), Vector::new(0.1, 0.9, 0.4));
+    for trial in 0..120 {
+        let degree = 1 + trial % 3;
+        let n = degree + 1;
+        let wild = [0.1, 0.4, 1.0][trial / 3 % 3];
+        let points: Vec<Point> = (0..n * n)
+            .map(|k| ((k / n) as f64 / degree as f64, (k % n) as f64 / degree as f64))
+            .map(|(u, v)| Point::origin() + right * (u + wild * next()) + up * (v + wild * next()))
+            .collect();
+        let space = Space::clamped_uniform(degree, n).unwrap();
+        let weights = (0..n * n).map(|_| 1.0 + next()).collect();
+        let surface = if trial % 2 == 0 {
+            Surface::new(space.clone(), space, points).unwrap()
+        } else {
+            Surface::rational(space.clone(), space, points, weights).unwrap()
+        };
+        let fineness = Fineness { chord: Chord::Absolute(0.02), angle: std::f64::consts::PI };
+        let Tessellated { mesh, error, .. } =
+            Adaptive::default().measured_surface(&surface, &fineness).unwrap();
+        let (out, back) = deviation(&surface, &mesh, error);
+        assert!(error <= 0.02 && out.max(back) <= error + 1e-9, "{trial}: {out} {back} {error}");
+    }
+}

@@ -1,5 +1,7 @@
 //! What objects are.
 
+use std::borrow::Cow;
+
 use crate::Point;
 use crate::brep::Brep;
 use crate::error::{Error, Result};
@@ -76,10 +78,20 @@ impl Geometry {
         }
     }
 
+    /// What it is, in words: its kind, and of a mesh of nothing but lines what makes polylines of these.
+    pub fn noun(&self) -> Cow<'_, str> {
+        match self {
+            Self::Mesh(mesh) if mesh.face_count() == 0 && mesh.lines().next().is_some() => {
+                "mesh of lines (converted to OBJ and read from there each is a polyline)".into()
+            }
+            _ => self.kind().into(),
+        }
+    }
+
     /// What it is and what it is not, and what to do about that where an operation does: `"a polyline, not a curve: …"`. `wanted` has its
     /// article.
     pub fn other_than(&self, wanted: &str) -> String {
-        let kind = crate::text::a(self.kind());
+        let kind = crate::text::a(&self.noun());
         match self {
             Self::Polyline(_) => format!("{kind}, not {wanted}: {CURVE_OF_POLYLINE}"),
             _ => format!("{kind}, not {wanted}"),

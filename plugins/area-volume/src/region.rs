@@ -1,6 +1,6 @@
 //! Regions of a plane bounded by curves: which way each curve counts, and the plane.
 
-use loftsman_kernel::text::figure;
+use loftsman_kernel::text::{figure, short};
 use std::sync::Arc;
 
 use loftsman_kernel::error::Error;
@@ -151,6 +151,9 @@ impl Region {
     }
 }
 
+/// What leaves its plane by no more than this part of its size is planar.
+const PLANAR: f64 = 1e-9;
+
 fn check_planar(shapes: &Shapes<'_>, members: &[On], plane: &Plane, size: f64, what: &str) -> Result<()> {
     // The plane's origin, the middle of a box, need not lie in it.
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -160,13 +163,14 @@ fn check_planar(shapes: &Shapes<'_>, members: &[On], plane: &Plane, size: f64, w
             (low, high) = (low.min(height), high.max(height));
         }
     }
-    if high - low <= 1e-9 * size {
+    if high - low <= PLANAR * size {
         return Ok(());
     }
     Err(Error::Invalid(format!(
-        "{what}: it is not planar: its control vertices leave its plane by {}; give a \"normal\", and the area of its \
+        "{what}: it is not planar: its control vertices leave its plane by {} in the scene's unit, {} of its size (more than {PLANAR:e}, which is rounding); give a \"normal\", and the area of its \
          projection along that is meant",
-        figure(high - low)
+        figure(high - low),
+        short((high - low) / size)
     )))
 }
 

@@ -36,7 +36,7 @@ pub use revolve::Revolve;
 pub use sample::{Sample, Sampled, Spread, spread};
 pub use sweep::{Mitre, Sweep, Swept, Turning, sweep};
 pub use symmetrize::{
-    Half, Mirror, Symmetric, Symmetrize, symmetrize, symmetrize_surface, symmetrize_surface_best,
+    Corner, Half, Mirror, Symmetric, Symmetrize, symmetrize, symmetrize_surface, symmetrize_surface_best,
 };
 
 /// Registers the operations.

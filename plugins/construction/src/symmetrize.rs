@@ -1,16 +1,20 @@
 //! `symmetrize`: shapes made exactly symmetric about a plane.
 
 mod circle;
+mod corners;
+mod ellipse;
 mod operation;
 mod start;
 mod surface;
 
-use loftsman_kernel::error::{Error, Result};
+use loftsman_kernel::error::{Error, MAX_DEGREE, Result};
+use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
 use crate::fields::long;
 
+pub use corners::Corner;
 pub use operation::Symmetrize;
 pub use surface::{symmetrize_surface, symmetrize_surface_best};
 
@@ -18,6 +22,8 @@ pub use surface::{symmetrize_surface, symmetrize_surface_best};
 const SAMPLES: usize = 16;
 /// What is nearer to the plane than this part of the size is in it.
 const IN_PLANE: f64 = 1e-9;
+/// A curve that ends where it began to this part of its size is closed.
+const CLOSED: f64 = 1e-12;
 
 /// A plane to mirror in.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,6 +51,8 @@ pub struct Symmetric<T> {
     pub shape: T,
     /// The furthest that a control vertex has moved, once knots were inserted so that they are symmetric, and of a circle its centre; none where a half is new.
     pub moved: Option<f64>,
+    /// Where it turns (a corner of a curve, a crease of a surface) and the original is smooth.
+    pub corners: Vec<Corner>,
 }
 
 impl Mirror {
@@ -65,7 +73,9 @@ impl Mirror {
     }
 
     fn image(&self, point: &Point) -> Point {
-        point - self.normal * (2.0 * self.height(point))
+        // Twice, where twice the height may be no number.
+        let height = self.normal * self.height(point);
+        point - height - height
     }
 }
 
@@ -75,7 +85,9 @@ impl Mirror {
 /// in a plane across the mirror is moved, stays a circle, and begins in the mirror.
 ///
 /// The mean of vertices `P` with weights `w` and mirrored ones `Q` with `ω`, both over knots that are symmetric, is
-/// `(w P + ω Q) / (w + ω)` with weights `(w + ω) / 2`. `O(n p)`.
+/// `(w P + ω Q) / (w + ω)` with weights `(w + ω) / 2`. `O(n p)`. Where weights differ that may turn at knots as often as the degree at which the curve is smooth:
+/// then an ellipse becomes the ellipse that is its mean with its image, and any other curve the mean of the points, of twice the degree, where that has fewer
+/// corners (none where the derivative is continuous there). Corners that remain are told, also those where a half meets its image.
 ///
 /// ```
 /// use loftsman_construction::{Half, Mirror, symmetrize};
@@ -94,11 +106,10 @@ impl Mirror {
 pub fn symmetrize(curve: &Curve, mirror: &Mirror, half: Half) -> Result<Symmetric<Curve>> {
     let (start, end) = curve.domain();
     let size = curve.points().iter().map(|p| long(&(p - curve.points()[0]))).fold(0.0, f64::max);
-    let closed =
-        curve.is_periodic() || long(&(curve.point(start)? - curve.point(end)?)) <= IN_PLANE * 1e-3 * size;
+    let closed = curve.is_periodic() || long(&(curve.point(start)? - curve.point(end)?)) <= CLOSED * size;
     if half == Half::Both {
         if !closed {
-            return mean(curve, mirror);
+            return smooth_mean(curve, mirror, false);
         }
         if crossings(curve, mirror)?.is_empty() {
             return Err(Error::Invalid(
@@ -108,7 +119,11 @@ pub fn symmetrize(curve: &Curve, mirror: &Mirror, half: Half) -> Result<Symmetri
         if let Some(round) = circle::moved(curve, mirror)? {
             return Ok(round);
         }
-        return mean(&curve.started_at(start::best(curve, mirror)?)?, mirror);
+        let even = smooth_mean(&curve.started_at(start::best(curve, mirror)?)?, mirror, true)?;
+        if even.corners.is_empty() && even.shape.degree() == curve.degree() {
+            return Ok(even);
+        }
+        return Ok(ellipse::mean(curve, mirror)?.unwrap_or(even));
     }
     let side = if half == Half::Front { 1.0 } else { -1.0 };
     let mut cuts = crossings(curve, mirror)?;
@@ -158,6 +173,8 @@ pub fn symmetrize(curve: &Curve, mirror: &Mirror, half: Half) -> Result<Symmetri
     let (c, d) = before.domain();
     let kept = if mirror.height(&before.point(0.5 * c + 0.5 * d)?) * side > 0.0 { before } else { after };
     let first_is_in = closed || std::ptr::eq(kept, after);
+    // How the original turns where it is cut: at the other crossing, and where it begins.
+    let turned = [corners::turn_between(before, after), corners::turn_between(after, before)];
     let (space, mut points, weights) = kept.clone().into_parts();
     let n = points.len();
     let onto = |p: Point| p - mirror.normal * mirror.height(&p);
@@ -171,12 +188,14 @@ pub fn symmetrize(curve: &Curve, mirror: &Mirror, half: Half) -> Result<Symmetri
     let image = mirrored(&kept, mirror)?;
     // Both end in the plane, to rounding.
     let snap = 1e-12 * (size + kept.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max));
-    let whole = if first_is_in && !closed { image.join(&kept, snap)? } else { kept.join(&image, snap)? };
-    let mut shape = whole.shape;
+    let (first, second) = if first_is_in && !closed { (&image, &kept) } else { (&kept, &image) };
+    let mut corners: Vec<Corner> = corners::between(first, second, turned[0]).into_iter().collect();
+    corners.extend(closed.then(|| corners::between(second, first, turned[1])).flatten());
+    let mut shape = first.join(second, snap)?.shape;
     if closed && curve.is_periodic() {
         shape = shape.to_periodic(1e-14 * size)?.shape;
     }
-    Ok(Symmetric { shape, moved: None })
+    Ok(Symmetric { shape, moved: None, corners })
 }
 
 /// An open curve on one side of the plane that begins or ends in it, or both, and its mirror image.
@@ -213,7 +232,9 @@ fn from_plane(curve: &Curve, mirror: &Mirror, side: f64, ends: [bool; 2]) -> Res
     let image = mirrored(&kept, mirror)?;
     // What begins and ends in the plane is closed then.
     let (first, second) = if ends[0] { (&image, &kept) } else { (&kept, &image) };
-    Ok(Symmetric { shape: first.join(second, 1e-12 * largest)?.shape, moved: None })
+    let mut corners: Vec<Corner> = corners::between(first, second, 0.0).into_iter().collect();
+    corners.extend((ends[0] && ends[1]).then(|| corners::between(second, first, 0.0)).flatten());
+    Ok(Symmetric { shape: first.join(second, 1e-12 * largest)?.shape, moved: None, corners })
 }
 
 fn mirrored(curve: &Curve, mirror: &Mirror) -> Result<Curve> {
@@ -221,19 +242,63 @@ fn mirrored(curve: &Curve, mirror: &Mirror) -> Result<Curve> {
     Curve::build(space, points.iter().map(|p| mirror.image(p)).collect(), weights)
 }
 
-fn mean(curve: &Curve, mirror: &Mirror) -> Result<Symmetric<Curve>> {
+/// The mean of a curve and its mirror image: of their vertices, or, where that has fewer corners, of their points.
+fn smooth_mean(curve: &Curve, mirror: &Mirror, closed: bool) -> Result<Symmetric<Curve>> {
     let open = curve.to_clamped()?;
     let common = symmetric_space(open.space())?;
     let fine = open.insert_knots(&missing(open.space(), &common))?;
+    let fine = Curve::build(common.clone(), fine.points().to_vec(), fine.weights().map(<[f64]>::to_vec))?;
     let image = mirrored(&fine, mirror)?;
     let (points, weights, moved) =
         averaged((fine.points(), fine.weights()), (image.points(), image.weights()));
-    let size = points.iter().map(|p| long(&(p - points[0])).max(p.coords.amax())).fold(0.0, f64::max);
-    let mut shape = Curve::build(common, points, weights)?;
+    let corners = corners::of_curve(&common, &points, fine.points(), closed);
+    let shape = Curve::build(common, points, weights)?;
+    let even = Symmetric { shape, moved: Some(moved), corners };
+    let pointwise = if even.corners.is_empty() { None } else { mean_of_points(&fine, mirror, closed)? };
+    let mut even = pointwise.filter(|found| found.corners.len() < even.corners.len()).unwrap_or(even);
     if curve.is_periodic() {
-        shape = shape.to_periodic(1e-14 * size)?.shape;
+        let largest =
+            even.shape.points().iter().map(|p| long(&(p - even.shape.points()[0])).max(p.coords.amax()));
+        let size = largest.fold(0.0, f64::max);
+        even.shape = even.shape.to_periodic(1e-14 * size)?.shape;
     }
-    Ok(Symmetric { shape, moved: Some(moved) })
+    Ok(even)
+}
+
+/// The mean of the points of a rational curve over symmetric knots and of its mirror image, `P / w` and `Q / ω`: `(P ω + Q w) / (2 w ω)`. Nothing where the degree is too high.
+fn mean_of_points(fine: &Curve, mirror: &Mirror, closed: bool) -> Result<Option<Symmetric<Curve>>> {
+    let (Some(w), true) = (fine.weights(), 2 * fine.degree() <= MAX_DEGREE) else { return Ok(None) };
+    let space = fine.space();
+    // About the middle of the plane, so that far away is as near as here.
+    let origin = mirror.point.coords;
+    let parts = |curve: &Curve, w: &[f64]| -> Result<(Function<Vector>, Function<f64>)> {
+        let points = curve.points().iter().zip(w).map(|(p, w)| (p.coords - origin) * *w).collect();
+        Ok((Function::new(space.clone(), points)?, Function::new(space.clone(), w.to_vec())?))
+    };
+    let (upper, lower) = parts(fine, w)?;
+    let backwards: Vec<f64> = w.iter().rev().copied().collect();
+    let (other_upper, other_lower) = parts(&mirrored(fine, mirror)?, &backwards)?;
+    let quotient = |upper: Function<Vector>, lower: &Function<f64>| -> Result<Curve> {
+        let points = upper.coefficients().iter().zip(lower.coefficients());
+        let points = points.map(|(p, w)| Point::from(p / *w + origin)).collect();
+        Curve::build(upper.space().clone(), points, Some(lower.coefficients().to_vec()))
+    };
+    let weights = lower.times(&other_lower)?;
+    let sum = upper.times(&other_lower)?.plus(1.0, &other_upper.times(&lower)?)?.mapped(|v| v * 0.5)?;
+    let shape = settled(&quotient(sum, &weights)?, mirror, false)?;
+    let old = quotient(upper.times(&other_lower)?, &weights)?;
+    let moved = shape.points().iter().zip(old.points()).map(|(p, q)| long(&(p - q))).fold(0.0, f64::max);
+    let corners = corners::of_curve(shape.space(), shape.points(), old.points(), closed);
+    Ok(Some(Symmetric { shape, moved: Some(moved), corners }))
+}
+
+/// What is symmetric to rounding, clamped, so that it is so to the last bits; periodic if asked for.
+fn settled(shape: &Curve, mirror: &Mirror, periodic: bool) -> Result<Curve> {
+    let image = mirrored(shape, mirror)?;
+    let (points, weights, _) = averaged((shape.points(), shape.weights()), (image.points(), image.weights()));
+    let size = points.iter().map(|p| long(&(p - points[0])).max(p.coords.amax())).fold(0.0, f64::max);
+    let shape = Curve::build(shape.space().clone(), points, weights)?;
+    if periodic { Ok(shape.to_periodic(1e-14 * size)?.shape) } else { Ok(shape) }
 }
 
 type Net<'a> = (&'a [Point], Option<&'a [f64]>);
@@ -259,18 +324,20 @@ fn symmetric_space(space: &Space) -> Result<Space> {
     let (a, b) = space.domain();
     let near = 1e-12 * space.length();
     let p = space.degree();
-    let mut inner: Vec<(f64, usize)> = Vec::new();
     let breaks = space.breakpoints();
+    let mut both: Vec<(f64, usize)> = Vec::with_capacity(2 * breaks.len());
     for &k in breaks.iter().filter(|&&k| k > a && k < b) {
         let times = space.multiplicity(k).min(p + 1);
-        for at in [k, a + (b - k)] {
-            match inner.iter_mut().find(|(x, _)| (*x - at).abs() <= near) {
-                Some((_, most)) => *most = times.max(*most),
-                None => inner.push((at, times)),
-            }
+        both.extend([(k, times), (a + (b - k), times)]);
+    }
+    both.sort_by(|x, y| x.0.total_cmp(&y.0));
+    let mut inner: Vec<(f64, usize)> = Vec::with_capacity(both.len());
+    for (at, times) in both {
+        match inner.last_mut() {
+            Some((last, most)) if at - *last <= near => *most = times.max(*most),
+            _ => inner.push((at, times)),
         }
     }
-    inner.sort_by(|x, y| x.0.total_cmp(&y.0));
     let mut knots = vec![a; p + 1];
     knots.extend(inner.iter().flat_map(|&(x, times)| vec![x; times]));
     knots.extend(vec![b; p + 1]);
@@ -280,12 +347,12 @@ fn symmetric_space(space: &Space) -> Result<Space> {
 /// What has to be inserted for a space to be another one.
 fn missing(space: &Space, wanted: &Space) -> Vec<f64> {
     let near = 1e-12 * space.length();
-    let mut old = space.flat().to_vec();
+    let mut old = space.flat().iter().peekable();
     let mut missing = Vec::new();
     for &k in wanted.flat() {
-        match old.iter().position(|x| (x - k).abs() <= near) {
-            Some(index) => drop(old.remove(index)),
-            None => missing.push(k),
+        while old.next_if(|x| k - **x > near).is_some() {}
+        if old.next_if(|x| (**x - k).abs() <= near).is_none() {
+            missing.push(k);
         }
     }
     missing
@@ -293,9 +360,15 @@ fn missing(space: &Space, wanted: &Space) -> Vec<f64> {
 
 /// The parameters where a curve changes sides; the seam of a closed curve once.
 fn crossings(curve: &Curve, mirror: &Mirror) -> Result<Vec<f64>> {
+    let (a, b) = curve.domain();
+    let size = curve.points().iter().map(|p| long(&(p - curve.points()[0]))).fold(0.0, f64::max);
+    let closes = curve.is_periodic() || long(&(curve.point(a)? - curve.point(b)?)) <= CLOSED * size;
+    let largest = curve.points().iter().map(|p| p.coords.amax()).fold(mirror.point.coords.amax(), f64::max);
+    let rounding = 16.0 * f64::EPSILON * largest;
     let height = |u: f64| curve.point(u).map(|p| mirror.height(&p));
     let mut found: Vec<f64> = Vec::new();
     let mut last: Option<(f64, f64)> = None;
+    let mut within: Option<f64> = None;
     for span in curve.space().breakpoints().windows(2) {
         for k in 0..=SAMPLES {
             let u = if k == SAMPLES {
@@ -304,15 +377,16 @@ fn crossings(curve: &Curve, mirror: &Mirror) -> Result<Vec<f64>> {
                 span[0] + (span[1] - span[0]) * k as f64 / SAMPLES as f64
             };
             let h = height(u)?;
-            // A sample in the plane says nothing: the next one does.
-            if h == 0.0 {
+            // A sample in the plane says where, and the next one beside it whether the curve changes sides there.
+            if h.abs() <= rounding {
+                within = within.or(Some(u));
                 continue;
             }
             if let Some((before, value)) = last
                 && (value < 0.0) != (h < 0.0)
             {
                 let (mut low, mut high) = (before, u);
-                for _ in 0..200 {
+                for _ in 0..if within.is_some() { 0 } else { 200 } {
                     let middle = 0.5 * low + 0.5 * high;
                     if !(low < middle && middle < high) {
                         break;
@@ -323,14 +397,14 @@ fn crossings(curve: &Curve, mirror: &Mirror) -> Result<Vec<f64>> {
                         high = middle;
                     }
                 }
-                found.push(if height(low)?.abs() <= height(high)?.abs() { low } else { high });
+                let nearer = if height(low)?.abs() <= height(high)?.abs() { low } else { high };
+                found.push(within.unwrap_or(nearer));
             }
             last = Some((u, h));
+            within = None;
         }
     }
     // A closed curve may change sides at its seam.
-    let (a, b) = curve.domain();
-    let closes = curve.is_periodic() || long(&(curve.point(a)? - curve.point(b)?)) == 0.0;
     if closes && found.len() % 2 == 1 {
         found.insert(0, a);
     }

@@ -461,3 +461,207 @@ fn what_begins_beside_the_plane_by_rounding_begins_in_it() {
         }
     }
 }
+
+/// The exact ellipse `c + x cos θ + y sin θ`, as nine vertices.
+fn ellipse(center: Point, x: Vector, y: Vector) -> Curve {
+    let circle = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+    let (space, points, weights) = circle.into_parts();
+    let points = points.iter().map(|p| center + x * p.x + y * p.y).collect();
+    Curve::build(space, points, weights).unwrap()
+}
+
+/// The mean of an ellipse and its mirror image is an ellipse: of all `c + X cos θ + Y sin θ` the one whose matrix `X Xᵀ + Y Yᵀ` is symmetric, without a corner, begun in the mirror.
+#[test]
+fn an_ellipse_stays_an_ellipse() {
+    let (plane, image) = mirror();
+    let (x, y) = (Vector::new(5.0, 3.0, 0.5), Vector::new(-2.0, 6.0, 1.0));
+    for size in [1e-160, 1.0, 1e150] {
+        let (plane, center) = if size == 1.0 {
+            (plane, Point::new(1.0, 0.5, -0.3))
+        } else {
+            (Mirror::new(Point::origin(), Vector::new(1.0, 0.5, -0.2)).unwrap(), Point::origin())
+        };
+        let given = ellipse(center, x * size, y * size);
+        let periodic = given.to_periodic(1e-12 * size).unwrap().shape;
+        for curve in [given.clone(), given.elevate(2).unwrap(), given.started_at(0.1).unwrap(), periodic] {
+            let even = symmetrize(&curve, &plane, Half::Both).unwrap();
+            assert!(even.corners.is_empty(), "{:?}", even.corners);
+            assert_eq!(
+                (even.shape.degree(), even.shape.is_periodic()),
+                (curve.degree(), curve.is_periodic())
+            );
+            // On a conic: a piece of a rational curve of degree p is one if 2p + 1 places are; its own middle and half diameters from four places a quarter apart, which the usual weights have.
+            let (a, b) = even.shape.domain();
+            let at = |share: f64| (even.shape.point(a + (b - a) * share).unwrap() - center) / size;
+            let middle = (at(0.0) + at(0.5)) / 2.0;
+            let (u, v) = (at(0.0) - middle, at(0.25) - middle);
+            let mut furthest = 0.0_f64;
+            for k in 0..=400 {
+                let place = at(f64::from(k) / 400.0) - middle;
+                let gram = nalgebra::Matrix2::new(u.dot(&u), u.dot(&v), u.dot(&v), v.dot(&v));
+                let seen = gram.try_inverse().unwrap() * nalgebra::Vector2::new(u.dot(&place), v.dot(&place));
+                assert!((seen.norm() - 1.0).abs() < 1e-11, "{size:e} {k}: {seen}");
+                let other = at(1.0 - f64::from(k) / 400.0);
+                if size == 1.0 {
+                    let mirrored = image(center + at(f64::from(k) / 400.0));
+                    assert!((mirrored - (center + other)).norm() < 1e-12);
+                }
+                let nearest = (0..2000)
+                    .map(|j| {
+                        let angle = TAU * f64::from(j) / 2000.0;
+                        (at(f64::from(k) / 400.0) - x * angle.cos() - y * angle.sin()).norm()
+                    })
+                    .fold(f64::INFINITY, f64::min);
+                furthest = furthest.max(nearest);
+            }
+            assert!(furthest * size <= even.moved.unwrap() * 1.01, "{furthest} {:?}", even.moved);
+            let again = symmetrize(&even.shape, &plane, Half::Both).unwrap();
+            assert!(again.moved.unwrap() < 1e-11 * size, "{size:e} {:?}", again.moved);
+        }
+    }
+}
+
+/// A rational curve whose weights are not symmetric is smooth where its derivative is, and so is the mean of its points; the mean of its vertices would turn.
+#[test]
+fn the_mean_of_a_smooth_rational_curve_is_smooth() {
+    let (plane, image) = mirror();
+    // Two rational pieces of degree 2 whose derivatives agree in the middle: `2 w₁/w (P₂ - P₁)` on both sides.
+    let space = Space::open(2, vec![0.0, 0.0, 0.0, 0.3, 0.3, 1.0, 1.0, 1.0]).unwrap();
+    let (before, after) = (Vector::new(-0.3, 0.0, 0.0), Vector::new(0.7, 0.0, 0.0));
+    let joint = Point::new(0.1, 1.0, 0.0);
+    let points = vec![
+        Point::new(-1.0, 0.0, 0.2),
+        joint + before / 0.5,
+        joint,
+        joint + after / 2.0,
+        Point::new(1.5, -0.4, 0.0),
+    ];
+    let curve = Curve::rational(space, points, vec![1.0, 0.5, 1.0, 2.0, 1.0]).unwrap();
+    let even = symmetrize(&curve, &plane, Half::Both).unwrap();
+    assert!(even.corners.is_empty(), "{:?}", even.corners);
+    assert_eq!(even.shape.degree(), 4);
+    for k in 0..=100 {
+        let u = f64::from(k) / 100.0;
+        let p = even.shape.point(u).unwrap();
+        assert!((image(p) - even.shape.point(1.0 - u).unwrap()).norm() < 1e-13);
+        let (q, r) = (curve.point(u).unwrap(), image(curve.point(1.0 - u).unwrap()));
+        assert!((p - nalgebra::center(&q, &r)).norm() < 1e-13, "{u}: {p}");
+        assert!((p - q).norm() <= even.moved.unwrap() * (1.0 + 1e-12));
+    }
+    // Once symmetric it is its own mean.
+    let again = symmetrize(&even.shape, &plane, Half::Both).unwrap();
+    assert!(again.moved.unwrap() < 1e-13 && again.shape.degree() == 4, "{:?}", again.moved);
+}
+
+/// What turns by its speed, as a spline whose joint is smooth by direction only, is told: where, and by how much.
+#[test]
+fn corners_that_were_not_there_are_told() {
+    let plane = Mirror::new(Point::origin(), Vector::x()).unwrap();
+    let space = Space::open(1, vec![0.0, 0.0, 0.25, 1.0, 1.0]).unwrap();
+    let points = [[-2.0, 0.0], [-1.0, 1.0], [2.0, 4.0]].map(|[x, y]| Point::new(x, y, 0.0)).to_vec();
+    let even = symmetrize(&Curve::new(space, points).unwrap(), &plane, Half::Both).unwrap();
+    // A straight line run through evenly and its image: straight at 0.25, but at 0.75, where only the image's knot is, no less.
+    assert!(even.corners.is_empty(), "{:?}", even.corners);
+    let space = Space::open(2, vec![0.0, 0.0, 0.0, 0.25, 0.25, 1.0, 1.0, 1.0]).unwrap();
+    let points =
+        [[-2.0, 0.0], [-1.0, 0.0], [0.0, 0.0], [1.0, 0.0], [2.0, 1.0]].map(|[x, y]| Point::new(x, y, 0.0));
+    let curve = Curve::new(space, points.to_vec()).unwrap();
+    let even = symmetrize(&curve, &plane, Half::Both).unwrap();
+    // Of two corners that mirror one another each: measured just beside.
+    assert_eq!(even.corners.len(), 2, "{:?}", even.corners);
+    for (corner, u) in even.corners.iter().zip([0.25, 0.75]) {
+        assert!((corner.place - even.shape.point(u).unwrap()).norm() < 1e-12);
+        let (before, after) =
+            (even.shape.derivative(u - 1e-9, 1).unwrap(), even.shape.derivative(u + 1e-9, 1).unwrap());
+        assert!((before.angle(&after) - corner.angle).abs() < 1e-6, "{corner:?}");
+    }
+    // A half of a circle's arc that meets the plane askew: twice the angle that it is off.
+    let arc =
+        Curve::bezier(vec![Point::new(0.0, 0.0, 0.0), Point::new(1.0, 0.2, 0.0), Point::new(2.0, 2.0, 0.0)])
+            .unwrap();
+    let even = symmetrize(&arc, &plane, Half::Front).unwrap();
+    let [corner] = even.corners[..] else { panic!("{:?}", even.corners) };
+    assert!((corner.angle - 2.0 * 0.2_f64.atan()).abs() < 1e-12 && corner.place.coords.norm() < 1e-12);
+    // An ellipse: at both ends of its half.
+    let tilted = ellipse(Point::origin(), Vector::new(5.0, 3.0, 0.0), Vector::new(-2.0, 6.0, 0.0));
+    for half in [Half::Front, Half::Back] {
+        let even = symmetrize(&tilted, &plane, half).unwrap();
+        assert_eq!(even.corners.len(), 2, "{:?}", even.corners);
+        for corner in &even.corners {
+            // x = 5 cos θ - 2 sin θ = 0 where tan θ = 5/2: the tangent there is -5 sin θ - 2 cos θ : -3 sin θ + 6 cos θ.
+            let (sine, cosine) = 2.5_f64.atan().sin_cos();
+            let off = ((-3.0 * sine + 6.0 * cosine) / (-5.0 * sine - 2.0 * cosine)).atan().abs();
+            assert!((corner.angle - 2.0 * off).abs() < 1e-9, "{corner:?} {off}");
+        }
+        // Its corners were there: of a shape that is symmetric nothing is said.
+        let again = symmetrize(&even.shape, &plane, half).unwrap();
+        assert!(again.corners.is_empty(), "{:?}", again.corners);
+    }
+}
+
+/// As the curves do, swept: the crease lies along the plane.
+#[test]
+fn creases_that_were_not_there_are_told() {
+    let plane = Mirror::new(Point::origin(), Vector::x()).unwrap();
+    let ends = [[0.0, 0.0], [1.0, 0.2], [2.0, 2.0]];
+    let points = ends.iter().flat_map(|[x, y]| [Point::new(*x, *y, 0.0), Point::new(*x, *y, 3.0)]).collect();
+    let (u, v) = (Space::clamped_uniform(2, 3).unwrap(), Space::clamped_uniform(1, 2).unwrap());
+    let even =
+        symmetrize_surface(&Surface::new(u, v, points).unwrap(), &plane, Direction::U, Half::Front).unwrap();
+    let [crease] = even.corners[..] else { panic!("{:?}", even.corners) };
+    assert!((crease.angle - 2.0 * 0.2_f64.atan()).abs() < 1e-12 && crease.place.x.abs() < 1e-12);
+    // A drum over an ellipse: the mean of its vertices turns where the curve's does.
+    let tilted = ellipse(Point::origin(), Vector::new(5.0, 3.0, 0.0), Vector::new(-2.0, 6.0, 0.0));
+    let (space, points, weights) = tilted.into_parts();
+    let net = points.iter().flat_map(|p| [*p, p + Vector::z()]).collect();
+    let weights = weights.unwrap().iter().flat_map(|w| [*w, *w]).collect();
+    let drum = Surface::rational(space, Space::clamped_uniform(1, 2).unwrap(), net, weights).unwrap();
+    let even = symmetrize_surface(&drum, &plane, Direction::U, Half::Both).unwrap();
+    assert!(!even.corners.is_empty());
+    assert!(even.corners.iter().all(|c| c.angle > 1e-4 && c.angle < 0.1), "{:?}", even.corners);
+}
+
+/// A half made symmetric once is its own half: also where the curve begins in the plane, with a corner, to rounding beside it.
+#[test]
+fn a_half_of_what_is_symmetric_is_it() {
+    let normal = Vector::new(-0.1438992708614152, 0.7149839988395522, -0.6841716752752603);
+    let mut random = 1_u64;
+    let mut next = || {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (random >> 40) as f64 / 16_777_216.0 - 0.5
+    };
+    for trial in 0..200 {
+        let plane = Mirror::new(
+            Point::new(next(), next(), next()) * 0.1,
+            normal + Vector::new(next(), next(), next()),
+        )
+        .unwrap();
+        let n = 7 + trial % 5;
+        let (a, b) = (Vector::new(1.0, 0.3, 0.0), Vector::new(0.2, 0.8, -0.9));
+        let points = (0..=n).map(|i| {
+            let (sine, cosine) = (TAU * (i % n) as f64 / n as f64 + 0.3).sin_cos();
+            Point::from(a * cosine + b * sine)
+        });
+        let degree = 1 + trial % 3;
+        let curve = Curve::new(Space::clamped_uniform(degree, n + 1).unwrap(), points.collect()).unwrap();
+        for half in [Half::Front, Half::Back] {
+            let Ok(once) = symmetrize(&curve, &plane, half) else { continue };
+            for again in [Half::Front, Half::Back, Half::Both] {
+                let twice = symmetrize(&once.shape, &plane, again).unwrap();
+                let (c, d) = once.shape.domain();
+                assert!(twice.corners.is_empty(), "{trial} {half:?} {again:?}: {:?}", twice.corners);
+                if again != half {
+                    continue;
+                }
+                for k in 0..=50 {
+                    let u = c + (d - c) * f64::from(k) / 50.0;
+                    let (e, f) = twice.shape.domain();
+                    let v = e + (f - e) * f64::from(k) / 50.0;
+                    let off =
+                        (once.shape.point(u.min(d)).unwrap() - twice.shape.point(v.min(f)).unwrap()).norm();
+                    assert!(off < 1e-9, "{trial} {half:?} {k}: {off}");
+                }
+            }
+        }
+    }
+}

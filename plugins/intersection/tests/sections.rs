@@ -195,3 +195,23 @@ fn tangent_planes_touch_at_their_place_and_cut_nothing() {
         }
     }
 }
+
+/// A plane that touches a rim from within cuts an ellipse that closes, where it is moved to the side on which it passes the rim it is open there.
+#[test]
+fn what_touches_a_rim_closes_there() {
+    let line = Curve::line(Point::new(10.0, 0.0, 0.0), Point::new(6.0, 0.0, 20.0)).unwrap();
+    let cone = Surface::revolution(&line, Point::origin(), Vector::z(), TAU).unwrap();
+    for turn in [0.0, 0.3, 2.0, 4.0] {
+        let (sine, cosine) = f64::sin_cos(turn);
+        for sign in [1.0, -1.0] {
+            // Through (0, 0, 10) and the point of the rim at (sine, cosine).
+            let normal = Vector::new(10.0 * sine, 10.0 * cosine, 10.0) * sign;
+            let plane = Plane::new(Point::new(0.0, 0.0, 10.0), normal).unwrap();
+            let cut = section(&cone, &plane, &Options::default()).unwrap();
+            assert!(cut.curves.len() == 1 && cut.curves[0].closed, "{turn} {sign}: {}", cut.curves.len());
+            // x² + y² = (8 + y/5)² where z = 10 - y: half diameters √(200/3) and √(200/2.88), seen along z.
+            let area = PI * (200.0_f64 / 3.0).sqrt() * (200.0_f64 / 2.88).sqrt() * 2.0_f64.sqrt();
+            assert!((cut.area.unwrap().abs() - area).abs() < 1e-4 * area, "{turn}: {:?} {area}", cut.area);
+        }
+    }
+}

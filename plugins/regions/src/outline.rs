@@ -36,7 +36,7 @@ pub fn outlines(scene: &Scene, objects: &[String], bridge: bool) -> Result<Vec<O
         let curve = match object.geometry() {
             Geometry::Curve(curve) => curve.clone(),
             Geometry::Polyline(line) => chords(&line.points, line.closed)?,
-            other => return Err(RegionError::Kind { object: name.clone(), kind: other.kind().to_owned() }),
+            other => return Err(RegionError::Kind { object: name.clone(), kind: other.noun().into_owned() }),
         };
         let curve = match scene.position(name).and_then(|i| world[i]) {
             None => curve,

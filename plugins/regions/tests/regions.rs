@@ -110,8 +110,14 @@ fn refinement_bounds_triangles_and_keeps_the_outline() {
         solids.add(object.clone()).unwrap();
     }
     let fields = json!({ "objects": ["outer", "hole"], "by": [0, 0, 1], "size": 0.2, "name": "block" });
-    run(&mut solids, "extrude", fields).unwrap();
+    let report = run(&mut solids, "extrude", fields).unwrap();
     closed(mesh(&solids, "block"));
+    let told = report.numbers["deviation"].as_f64().unwrap();
+    assert!(told > 0.0 && told <= report.numbers["tolerance"].as_f64().unwrap(), "{:?}", report.notes);
+    // What is bounded by lines is nowhere off.
+    let mut lines = self::scene(vec![("square", square(1.0).into())]);
+    let report = run(&mut lines, "extrude", json!({ "objects": ["square"], "by": [0.3, 0, 1] })).unwrap();
+    assert_eq!(report.numbers["deviation"], 0.0, "{:?}", report.notes);
 }
 
 #[test]
@@ -120,6 +126,14 @@ fn a_disc_converges_at_second_order() {
         let mut scene = scene(vec![("ring", circle(1.0, 2.0, 3.0, 2.0).into())]);
         let fields = json!({ "objects": ["ring"], "tolerance": tolerance, "angle": 170 });
         let report = run(&mut scene, "fill", fields).unwrap();
+        // How far the chords are from the circle is told: from the widest of them.
+        let points = mesh(&scene, "ring face").points();
+        let chord = points.windows(2).map(|p| (p[1] - p[0]).norm()).fold(0.0, f64::max);
+        let sagitta = 2.0 - (4.0 - 0.25 * chord * chord).sqrt();
+        let told = report.numbers["deviation"].as_f64().unwrap();
+        assert!(sagitta <= told * (1.0 + 1e-9) && told <= tolerance, "{sagitta} {told}");
+        assert!(told < 1.1 * sagitta, "{sagitta} {told}");
+        assert!(report.notes[1].starts_with("within ") && report.notes[1].ends_with(" asked for)"));
         4.0 * PI - report.area.unwrap()
     };
     // Chords of n sides miss an area of h² where they miss a distance of h²: a hundredth of one is of the other.

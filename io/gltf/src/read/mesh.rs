@@ -96,7 +96,7 @@ pub(super) struct Builder {
     slots: Vec<Option<usize>>,
     line_corners: Vec<u32>,
     line_starts: Vec<usize>,
-    /// The single strip or loop, where there is nothing else.
+    /// The single strip or loop, or the list of lines that are one, where there is nothing else.
     chain: Option<(Vec<u32>, bool)>,
     /// Triangles that use a vertex twice.
     flat: usize,
@@ -339,6 +339,9 @@ impl Builder {
                 }
                 end = Some(pair[1]);
             }
+            if alone {
+                self.chain = chain_of(sequence);
+            }
             return;
         }
         if sequence.len() < 2 {
@@ -432,6 +435,37 @@ impl Builder {
 }
 
 /// Whether every index below `count` is there, once.
+/// The vertices of lines, two each, that are one chain, in its order, and whether it comes back: so other programs write a polyline, their edges in
+/// any order. It begins at the end that is numbered first, or, where it has none, at its first vertex, along that one's first line.
+fn chain_of(pairs: &[u32]) -> Option<(Vec<u32>, bool)> {
+    let count = pairs.iter().max().map_or(0, |&most| most as usize + 1);
+    // More vertices than lines have ends are not in one chain, however large their numbers.
+    if count > pairs.len() {
+        return None;
+    }
+    let mut beside: Vec<[Option<u32>; 2]> = vec![[None; 2]; count];
+    for pair in pairs.chunks_exact(2) {
+        for (from, to) in [(pair[0], pair[1]), (pair[1], pair[0])] {
+            let free = beside[from as usize].iter_mut().find(|to| to.is_none())?;
+            *free = Some(to);
+        }
+    }
+    let start = beside.iter().position(|next| next[1].is_none());
+    let closed = start.is_none();
+    let mut order = vec![start.unwrap_or(0) as u32];
+    let mut before = None;
+    while let Some(&at) = order.last() {
+        let [first, second] = beside[at as usize];
+        let next = if before.is_some() && first == before { second } else { first };
+        before = Some(at);
+        match next {
+            Some(next) if Some(&next) != order.first() && order.len() < count => order.push(next),
+            _ => break,
+        }
+    }
+    (order.len() == count && count > if closed { 2 } else { 1 }).then_some((order, closed))
+}
+
 fn is_permutation(order: &[u32], count: usize) -> bool {
     let mut seen = vec![false; count];
     order.len() == count

@@ -63,7 +63,7 @@ impl Operation for OffsetOf {
             Geometry::Curve(curve) => curve.clone(),
             Geometry::Polyline(line) => curve_through(line).map_err(named(&source))?,
             other => {
-                let problem = format!("\"{source}\" is {}: name a curve or a polyline", a(other.kind()));
+                let problem = format!("\"{source}\" is {}: name a curve or a polyline", a(&other.noun()));
                 return Err(p.error("object", problem).into());
             }
         };

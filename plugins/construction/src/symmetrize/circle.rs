@@ -4,7 +4,7 @@ use loftsman_kernel::error::Result;
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Point, Vector};
 
-use super::{Mirror, Symmetric, averaged, long, mirrored};
+use super::{Mirror, Symmetric, long, mirrored, settled};
 
 /// What is round, across the mirror or symmetric to this part of its size is so.
 const EXACT: f64 = 1e-12;
@@ -73,12 +73,8 @@ fn turned(curve: &Curve, circle: &Circle, mirror: &Mirror) -> Result<Option<Symm
     if !is_symmetric {
         return Ok(None);
     }
-    let (points, weights, _) = averaged((open.points(), open.weights()), (image.points(), image.weights()));
-    let mut shape = Curve::build(open.space().clone(), points, weights)?;
-    if periodic {
-        shape = shape.to_periodic(1e-14 * size)?.shape;
-    }
-    Ok(Some(Symmetric { shape, moved: Some(height.abs()) }))
+    let shape = settled(&open, mirror, periodic)?;
+    Ok(Some(Symmetric { shape, moved: Some(height.abs()), corners: Vec::new() }))
 }
 
 /// A circle.

@@ -5,11 +5,11 @@ use loftsman_kernel::plugin::{
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::spline::Direction;
-use loftsman_kernel::text::without_rounding;
+use loftsman_kernel::text::{self, without_rounding};
 use loftsman_kernel::{Point, Vector};
 
-use super::{Half, IN_PLANE, Mirror, symmetrize, symmetrize_surface, symmetrize_surface_best};
-use crate::fields::{direction, made, named, point_or_origin};
+use super::{Corner, Half, IN_PLANE, Mirror, symmetrize, symmetrize_surface, symmetrize_surface_best};
+use crate::fields::{direction, figure, made, named, point_or_origin};
 
 /// The operation `symmetrize`: [`symmetrize`](super::symmetrize()), [`symmetrize_surface`], [`symmetrize_surface_best`].
 #[derive(Debug, Clone, Copy, Default)]
@@ -36,7 +36,7 @@ impl Operation for Symmetrize {
         ];
         Declaration {
             name: "symmetrize",
-            help: "make a curve or surface exactly symmetric about a plane, by the least change or from one half; reports how far it moved",
+            help: "make a curve or surface exactly symmetric about a plane, by the least change or from one half; reports how far it moved, and corners that it had not",
             fields: FIELDS,
         }
     }
@@ -53,12 +53,20 @@ impl Operation for Symmetrize {
         let normal = direction(p, "normal", Vector::x())?;
         let mirror = Mirror::new(point_or_origin(p, "point")?, normal)
             .map_err(|e| p.error("normal", e.to_string()))?;
+        let points = scene.object(&source)?.geometry().points();
+        let unseen = |x: &Point| mirror.image(x).iter().any(|x| !x.is_finite());
+        if points.iter().any(|p| !mirror.height(p).is_finite() || unseen(p)) {
+            let problem = format!(
+                "the plane is so far from \"{source}\" that its mirror image is where no numbers are: give a point nearer to it"
+            );
+            return Err(p.error("point", problem).into());
+        }
         let halves = [("both", Half::Both), ("front", Half::Front), ("back", Half::Back)];
         let half = p.choice_or("half", &halves, Half::Both)?;
         let ways = [("u", Direction::U), ("v", Direction::V)];
         let along = p.has("direction").then(|| p.choice("direction", &ways)).transpose()?;
         let mut across = None;
-        let (geometry, moved): (Geometry, _) = match scene.object(&source)?.geometry() {
+        let (geometry, moved, corners): (Geometry, _, _) = match scene.object(&source)?.geometry() {
             Geometry::Curve(curve) => {
                 if p.has("direction") {
                     return Err(p
@@ -66,7 +74,7 @@ impl Operation for Symmetrize {
                         .into());
                 }
                 let even = symmetrize(curve, &mirror, half).map_err(named(&source))?;
-                (even.shape.into(), even.moved)
+                (even.shape.into(), even.moved, even.corners)
             }
             Geometry::Surface(surface) => {
                 let even = match along {
@@ -77,7 +85,7 @@ impl Operation for Symmetrize {
                     }),
                 };
                 let even = even.map_err(named(&source))?;
-                (even.shape.into(), even.moved)
+                (even.shape.into(), even.moved, even.corners)
             }
             other => {
                 let problem = format!("\"{source}\" is {}", other.other_than("a curve or a surface"));
@@ -93,12 +101,44 @@ impl Operation for Symmetrize {
             None => "one half is kept, and the other is its mirror image".into(),
         }];
         notes.extend(across.map(|name| format!("{name} runs across the plane")));
+        let is_curve = matches!(geometry, Geometry::Curve(_));
+        notes.extend(turned(&corners, if is_curve { "corner" } else { "crease" }, half));
         if half == Half::Both {
             notes.extend(one_sided(scene.object(&source)?.geometry().points(), &mirror));
         }
         *scene.object_mut(&source)?.geometry_mut() = geometry;
         Ok(made("symmetrize", source, notes))
     }
+}
+
+/// What is said of corners that it has and the original has not.
+fn turned(corners: &[Corner], kind: &str, half: Half) -> Option<String> {
+    /// So many are told where they are.
+    const TOLD: usize = 8;
+    let angle = |c: &Corner| format!("{}°", text::figure(c.angle.to_degrees()));
+    let told: Vec<String> = corners
+        .iter()
+        .take(TOLD)
+        .map(|c| {
+            let [x, y, z] = [c.place.x, c.place.y, c.place.z].map(figure);
+            format!("of {} at ({x}, {y}, {z})", angle(c))
+        })
+        .collect();
+    let sharpest = corners.iter().max_by(|a, b| a.angle.total_cmp(&b.angle))?;
+    let rest = match corners.len().saturating_sub(TOLD) {
+        0 => String::new(),
+        more => format!(", and {more} more; the sharpest is of {}", angle(sharpest)),
+    };
+    let why = match half {
+        Half::Both => {
+            "where it was smooth: one on the other side has a mirror image, or pieces run at other speeds than their images"
+        }
+        Half::Front | Half::Back => {
+            "where the half meets its image: it does not go straight across the plane there"
+        }
+    };
+    let (a, s) = if corners.len() == 1 { ("a ", "") } else { ("", "s") };
+    Some(format!("{a}{kind}{s} {}{rest}, {why}", told.join(", ")))
 }
 
 /// What is said of a net that is on one side of the plane, of which the mean with its mirror image lies about in the plane.

@@ -5,8 +5,8 @@ use loftsman_kernel::error::{Error, Result};
 use loftsman_kernel::spline::{Curve, Direction, Surface};
 
 use super::{
-    Half, IN_PLANE, Mirror, SAMPLES, Symmetric, averaged, crossing, crossings, missing, start,
-    symmetric_space,
+    CLOSED, Half, IN_PLANE, Mirror, SAMPLES, Symmetric, averaged, corners, crossing, crossings, missing,
+    start, symmetric_space,
 };
 use crate::fields::{figure, long};
 
@@ -27,7 +27,7 @@ pub fn symmetrize_surface(
     if is_periodic && half != Half::Both {
         let name = if direction == Direction::U { "u" } else { "v" };
         return Err(Error::Invalid(format!(
-            "the surface is periodic in {name} and has no ends there, one of which a half could begin at: split it where the plane cuts it"
+            "the surface is periodic in {name} and has no ends there, one of which a half could begin at: split it in {name}, which opens it, where the plane cuts it, or take the mean of both halves"
         )));
     }
     let open = surface.convert(direction, &surface.space(direction).clamping()?)?;
@@ -48,11 +48,16 @@ pub fn symmetrize_surface(
         points,
         weights,
     )?;
+    let (first, last) = ends(&fine, direction);
+    let reach = fine.points().iter().map(|p| long(&(p - fine.points()[0]))).fold(0.0, f64::max);
+    let closed = first.zip(last).all(|(p, q)| long(&(p - q)) <= CLOSED * reach);
+    let corners = corners::of_surface(&shape, &fine, direction, closed)?;
     if !is_periodic {
-        return Ok(Symmetric { shape, moved: Some(moved) });
+        return Ok(Symmetric { shape, moved: Some(moved), corners });
     }
     let size = shape.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
-    Ok(Symmetric { shape: shape.to_periodic(direction, 1e-14 * size)?.shape, moved: Some(moved) })
+    let shape = shape.to_periodic(direction, 1e-14 * size)?.shape;
+    Ok(Symmetric { shape, moved: Some(moved), corners })
 }
 
 /// [`symmetrize_surface`] in the direction, one of those that can be, in which less of it moves; of a half, the first that the plane cuts rightly.
@@ -73,6 +78,20 @@ pub fn symmetrize_surface_best(
     }
 }
 
+/// The first and the last points of the net in a direction.
+fn ends(
+    surface: &Surface,
+    direction: Direction,
+) -> (impl Iterator<Item = &Point>, impl Iterator<Item = &Point>) {
+    let (rows, columns) = (surface.u().len(), surface.v().len());
+    let (last, step, count) = match direction {
+        Direction::U => ((rows - 1) * columns, 1, columns),
+        Direction::V => (columns - 1, columns, rows),
+    };
+    let points = surface.points();
+    (points.iter().step_by(step).take(count), points[last..].iter().step_by(step).take(count))
+}
+
 /// The half of a surface on one side of the plane (that of the normal where `side` is 1), and its mirror image.
 fn halved(open: &Surface, mirror: &Mirror, direction: Direction, side: f64) -> Result<Symmetric<Surface>> {
     let name = if direction == Direction::U { "u" } else { "v" };
@@ -80,6 +99,11 @@ fn halved(open: &Surface, mirror: &Mirror, direction: Direction, side: f64) -> R
     let (cut, line) = plane_line(open, mirror, direction, name, IN_PLANE * reach)?;
     let (a, b) = open.space(direction).domain();
     let parts = if a < cut && cut < b { open.split(direction, cut)? } else { vec![open.clone()] };
+    // How the original turns where it is cut.
+    let was = match &parts[..] {
+        [before, after] => corners::turns_along(before, after, direction)?,
+        _ => Vec::new(),
+    };
     let mut kept = None;
     for part in parts {
         let (c, d) = part.space(direction).domain();
@@ -110,7 +134,9 @@ fn halved(open: &Surface, mirror: &Mirror, direction: Direction, side: f64) -> R
     let image = Surface::build(u, v, points.iter().map(|p| mirror.image(p)).collect(), weights)?;
     let largest = kept.points().iter().map(|p| p.coords.amax()).fold(reach, f64::max);
     let (first, second) = if begins_there { (&image, &kept) } else { (&kept, &image) };
-    Ok(Symmetric { shape: first.join(direction, second, 1e-12 * largest)?.shape, moved: None })
+    let corners = corners::along(first, second, direction, &was)?.into_iter().collect();
+    let shape = first.join(direction, second, 1e-12 * largest)?.shape;
+    Ok(Symmetric { shape, moved: None, corners })
 }
 
 /// Where a parameter's line lies in the plane, and the line of the other parameter on which that was looked for.
@@ -140,8 +166,12 @@ fn plane_line(
         }
     }
     let [cut] = cuts[..] else {
+        let way_out = match cuts.len() {
+            0 => "move the plane, or the surface",
+            _ => "split it, and keep a part that meets the plane once, or take the mean of both halves",
+        };
         return Err(Error::Invalid(format!(
-            "along {name} the surface {}: to keep one half, it is to meet it once",
+            "along {name} the surface {}: to keep one half, it is to meet it once; {way_out}",
             crossing("meets the plane", cuts.len())
         )));
     };

@@ -149,6 +149,19 @@ fn cut(surface: &Surface, plane: &Plane, options: &Options, sides: Sides) -> Res
                 continue;
             }
             let traced = trace::trace(&cells, &chain, &frame, plane, inner)?;
+            if !main && traced.closed {
+                // What touches an edge of the surface from within is open on one side only, where the plane was moved past that edge.
+                let opened = opened(&result.curves, &traced, tolerance)?;
+                if !opened.is_empty() {
+                    for k in opened.into_iter().rev() {
+                        result.curves.remove(k);
+                        sides_of.remove(k);
+                    }
+                    result.curves.push(traced);
+                    sides_of.push(main);
+                    continue;
+                }
+            }
             if main && sides == Sides::One
                 || sides == Sides::Both && !is_there(&result.curves, &traced, tolerance)?
             {
@@ -276,18 +289,38 @@ fn is_there(known: &[SectionCurve], branch: &SectionCurve, tolerance: f64) -> Re
     if beside.is_empty() {
         return Ok(false);
     }
-    let (a, b) = branch.curve.domain();
+    Ok(2 * places_along(&branch.curve, &beside, near)? > PLACES)
+}
+
+/// The open branches all of which run along a loop, which are that loop where the plane was moved to the other side.
+fn opened(known: &[SectionCurve], ring: &SectionCurve, tolerance: f64) -> Result<Vec<usize>> {
+    let near = ALONG * tolerance;
+    let (l, h) = ring.curve.hull_bounds();
+    let mut found = Vec::new();
+    for (k, one) in known.iter().enumerate().filter(|(_, one)| !one.closed) {
+        let (low, high) = one.curve.hull_bounds();
+        let within = (0..3).all(|k| low[k] >= l[k] - near && high[k] <= h[k] + near);
+        if within && places_along(&one.curve, &[&ring.curve], near)? == PLACES {
+            found.push(k);
+        }
+    }
+    Ok(found)
+}
+
+/// How many of the places on a branch are on others.
+fn places_along(branch: &Curve, others: &[&Curve], near: f64) -> Result<usize> {
+    let (a, b) = branch.domain();
     let mut along = 0;
     for k in 0..PLACES {
-        let point = branch.curve.point(a + (b - a) * (k as f64 + 0.5) / PLACES as f64)?;
-        for curve in &beside {
+        let point = branch.point(a + (b - a) * (k as f64 + 0.5) / PLACES as f64)?;
+        for curve in others {
             if curve.closest(point)?.distance <= near {
                 along += 1;
                 break;
             }
         }
     }
-    Ok(2 * along > PLACES)
+    Ok(along)
 }
 
 /// The extent of a chain, as a part of the surface's size.

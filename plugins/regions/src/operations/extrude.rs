@@ -8,8 +8,8 @@ use loftsman_kernel::spline::Surface;
 use loftsman_kernel::text::figure;
 
 use super::{
-    ANGLE, BRIDGE, Chords, MIN_ANGLE, NAME, OBJECTS, SIZE, TOLERANCE, fineness, finite, like, refinement,
-    result_name, tessellator, texts, unrefined,
+    ANGLE, BRIDGE, Chords, MIN_ANGLE, NAME, Near, OBJECTS, SIZE, TOLERANCE, fineness, finite, like,
+    refinement, result_name, tessellator, texts, unrefined,
 };
 use crate::cap::{Capped, boundary_loops, cap, together};
 use crate::fill::Refinement;
@@ -93,8 +93,13 @@ impl Operation for Extrude {
         }
         let walls: Vec<Surface> =
             outlines.iter().map(|o| Surface::extrusion(&o.curve, by)).collect::<Result<_, _>>()?;
-        let meshes =
-            walls.iter().map(|w| tessellator.surface(w, &fineness)).collect::<Result<Vec<_>, _>>()?;
+        let mut near = Near::default();
+        let mut meshes = Vec::with_capacity(walls.len());
+        for wall in &walls {
+            let found = tessellator.measured_surface(wall, &fineness)?;
+            near = near.and(found.error, found.tolerance);
+            meshes.push(found.mesh);
+        }
         let mesh = together(&meshes)?;
         let loops = boundary_loops(&mesh, &objects[0])?;
         let base = outlines[0].curve.points()[0];
@@ -107,6 +112,14 @@ impl Operation for Extrude {
         let mut notes = vec![format!("\"{name}\": {} faces, closed", solid.face_count())];
         notes.extend(unrefined(refined));
         let (area, volume) = (finite("the area", area(&solid))?, finite("the volume", volume(&solid))?);
+        let mut report = StepReport {
+            op: "extrude".into(),
+            object: Some(name.clone()),
+            area: Some(area),
+            volume: Some(volume),
+            ..StepReport::default()
+        };
+        near.tell(&mut report, scene, &solid, "exact walls");
         let mut added = vec![like(scene, &objects[0], &name, solid)];
         if parameters.flag("surfaces")? {
             for (wall, outline) in walls.into_iter().zip(&outlines) {
@@ -116,14 +129,8 @@ impl Operation for Extrude {
             }
         }
         add_all(scene, added)?;
-        Ok(StepReport {
-            op: "extrude".into(),
-            object: Some(name),
-            area: Some(area),
-            volume: Some(volume),
-            notes,
-            ..StepReport::default()
-        })
+        report.notes.splice(0..0, notes);
+        Ok(report)
     }
 }
 

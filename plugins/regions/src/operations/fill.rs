@@ -37,6 +37,7 @@ impl Operation for Fill {
         let outlines = outlines(scene, &objects, parameters.flag("bridge")?)?;
         let chords = Chords::of(&outlines, tessellator(context)?, &fineness(parameters)?)?;
         let filled = chords.fill(&refinement(parameters, false)?)?;
+        let near = chords.near;
         let mut points = chords.points;
         points.extend(&filled.added);
         let corners = filled.triangles.iter().flatten().copied().collect();
@@ -53,14 +54,16 @@ impl Operation for Fill {
             counted(count, "outline[|s]")
         )];
         notes.extend(unrefined(filled.refined));
-        let object = like(scene, &objects[0], &name, mesh);
-        scene.add(object)?;
-        Ok(StepReport {
+        let mut report = StepReport {
             op: "fill".into(),
-            object: Some(name),
+            object: Some(name.clone()),
             area: Some(area),
             notes,
             ..StepReport::default()
-        })
+        };
+        near.tell(&mut report, scene, &mesh, "curves");
+        let object = like(scene, &objects[0], &name, mesh);
+        scene.add(object)?;
+        Ok(report)
     }
 }

@@ -10,7 +10,7 @@ use loftsman_kernel::{Point, Vector};
 
 use super::extrude::add_all;
 use super::{
-    ANGLE, BRIDGE, MIN_ANGLE, NAME, SIZE, TOLERANCE, fineness, finite, like, refinement, result_name,
+    ANGLE, BRIDGE, MIN_ANGLE, NAME, Near, SIZE, TOLERANCE, fineness, finite, like, refinement, result_name,
     tessellator, texts, unrefined,
 };
 use crate::cap::{boundary_loops, cap};
@@ -90,7 +90,9 @@ impl Operation for Loft {
         let degree = parameters.count_or("degree", 3)?;
         let lofted = crate::loft::loft(&sections, degree)?;
         let surface = lofted.surface.clone();
-        let mut mesh = tessellator(context)?.surface(&surface, &fineness(parameters)?)?;
+        let found = tessellator(context)?.measured_surface(&surface, &fineness(parameters)?)?;
+        let near = Near::default().and(found.error, found.tolerance);
+        let mut mesh = found.mesh;
         let (mut volume_of, mut refined) = (None, true);
         if caps {
             let loops = boundary_loops(&mesh, &objects[0])?;
@@ -146,6 +148,14 @@ impl Operation for Loft {
         notes.extend(changes(&lofted, &objects));
         notes.extend(unrefined(refined));
         let area = finite("the area", area(&mesh))?;
+        let mut report = StepReport {
+            op: "loft".into(),
+            object: Some(name.clone()),
+            area: Some(area),
+            volume: volume_of,
+            ..StepReport::default()
+        };
+        near.tell(&mut report, scene, &mesh, "exact surface");
         let mut added = vec![like(scene, &objects[0], &name, mesh)];
         if parameters.flag("surface")? {
             let exact = format!("{name} surface");
@@ -153,14 +163,8 @@ impl Operation for Loft {
             added.push(Object::new(exact, surface.into()));
         }
         add_all(scene, added)?;
-        Ok(StepReport {
-            op: "loft".into(),
-            object: Some(name),
-            area: Some(area),
-            volume: volume_of,
-            notes,
-            ..StepReport::default()
-        })
+        report.notes.splice(0..0, notes);
+        Ok(report)
     }
 }
 

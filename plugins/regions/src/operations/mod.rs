@@ -4,9 +4,12 @@ mod extrude;
 mod fill;
 mod loft;
 
-use loftsman_kernel::mesh::{Mesh, Polyline};
-use loftsman_kernel::plugin::{Chord, Context, Field, Fineness, OperationError, Parameters, Tessellator};
+use loftsman_kernel::mesh::Mesh;
+use loftsman_kernel::plugin::{
+    Chord, Context, Field, Fineness, OperationError, Parameters, StepReport, Tessellator,
+};
 use loftsman_kernel::scene::{Object, Scene};
+use loftsman_kernel::text::without_rounding;
 use loftsman_kernel::{Error, Point};
 
 pub use extrude::Extrude;
@@ -132,6 +135,37 @@ fn unrefined(refined: bool) -> Option<String> {
         .then(|| "some triangles are larger or sharper than asked for, next to edges that had to stay".into())
 }
 
+/// How near chords and triangles are to what they stand for.
+#[derive(Debug, Clone, Copy, Default)]
+struct Near {
+    /// The largest distance between both, certified.
+    error: f64,
+    /// The largest that was asked for.
+    tolerance: f64,
+}
+
+impl Near {
+    fn and(self, error: f64, tolerance: f64) -> Self {
+        Self { error: self.error.max(error), tolerance: self.tolerance.max(tolerance) }
+    }
+
+    /// Told in a report, of a mesh that has its `border` on what the objects are.
+    fn tell(self, report: &mut StepReport, scene: &Scene, mesh: &Mesh, border: &str) {
+        let size = mesh.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+        let error = without_rounding(self.error, size);
+        report.notes.push(match error {
+            0.0 => format!("nowhere off the {border}"),
+            _ => format!(
+                "within {} of the {border} everywhere ({} asked for)",
+                scene.unit.quantity(error, 1),
+                scene.unit.quantity(self.tolerance, 1)
+            ),
+        });
+        report.numbers.insert("deviation".into(), error.into());
+        report.numbers.insert("tolerance".into(), self.tolerance.into());
+    }
+}
+
 /// How far from a line a point may be that is on it, relative to its length: rounding of the way to the plane and back.
 const ON_LINE: f64 = 1e-9;
 
@@ -141,13 +175,17 @@ struct Chords {
     rings: Vec<(String, Vec<u32>)>,
     /// The outlines that a straight line closes.
     bridges: Vec<(String, [Point; 2])>,
+    near: Near,
 }
 
 impl Chords {
     fn of(outlines: &[Outline], tessellator: &dyn Tessellator, fineness: &Fineness) -> Result<Self> {
-        let mut chords = Self { points: Vec::new(), rings: Vec::new(), bridges: Vec::new() };
+        let mut chords =
+            Self { points: Vec::new(), rings: Vec::new(), bridges: Vec::new(), near: Near::default() };
         for outline in outlines {
-            let Polyline { mut points, closed } = tessellator.curve(&outline.curve, fineness)?;
+            let line = tessellator.moving_curve(std::slice::from_ref(&outline.curve), fineness)?;
+            let (closed, mut points) = (line.closed, line.states.into_iter().next().unwrap_or_default());
+            chords.near = chords.near.and(line.error, line.tolerance);
             if !closed && points.len() > 1 {
                 // An outline that is not periodic ends in its first point.
                 points.pop();
