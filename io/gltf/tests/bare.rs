@@ -242,7 +242,7 @@ fn lines_that_are_one_chain_are_a_polyline() {
                 assert_eq!(line.closed, closed, "{pairs:?}");
             }
             (Geometry::Mesh(mesh), None) => {
-                assert_eq!(mesh.lines().map(|l| l.len() - 1).sum::<usize>(), pairs.len())
+                assert_eq!(mesh.lines().map(|l| l.len() - 1).sum::<usize>(), pairs.len());
             }
             (other, _) => panic!("{pairs:?}: a {}", other.kind()),
         }

@@ -268,7 +268,7 @@ impl Judge {
         let normal = crossing(&view.corners).try_normalize(0.0)?;
         // Not the patch, nor the room for its points, before its corners say that it may be.
         let origin = view.corners[0].point;
-        if view.corners.iter().any(|c| !(normal.dot(&(c.point - origin)).abs() <= limit)) {
+        if !view.corners.iter().all(|c| normal.dot(&(c.point - origin)).abs() <= limit) {
             return None;
         }
         self.hull.clone_from(&patch.net);

@@ -272,3 +272,43 @@ fn what_cannot_be_simplified_says_so() {
     assert!(fails(json!({ "periodic": true })).contains("cannot meet within the tolerance"));
     assert!(fails(json!({ "direction": "w" })).contains("direction"));
 }
+
+/// What lies in a plane to rounding does so when it is simplified, within a tolerance, too, whatever way the plane lies.
+#[test]
+fn what_is_planar_stays_so() {
+    use loftsman_kernel::Vector;
+    let mut random = Random(11);
+    let mut removed = 0;
+    for trial in 0..60 {
+        let degree = 2 + random.below(4);
+        let n = 40 + random.below(60);
+        // Uneven knots, some nearly one.
+        let mut t = 0.0;
+        let inner: Vec<f64> = (0..n - degree - 1)
+            .map(|_| {
+                t += if random.below(4) == 0 { 1e-4 } else { random.within(0.2, 2.0) };
+                t
+            })
+            .collect();
+        let knots = [vec![-1.0; degree + 1], inner, vec![t + 1.0; degree + 1]].concat();
+        let mut way =
+            || Vector::new(random.within(-1.0, 1.0), random.within(-1.0, 1.0), random.within(-1.0, 1.0));
+        let (x, y) = (way().normalize(), way());
+        let normal = x.cross(&y).normalize();
+        let y = normal.cross(&x);
+        let points = (0..n).map(|k| {
+            let (sine, cosine) = (0.15 * k as f64).sin_cos();
+            Point::new(3.0, -2.0, 1.0) + x * (10.0 * cosine) + y * (7.0 * sine)
+        });
+        let curve = Curve::new(Space::open(degree, knots).unwrap(), points.collect()).unwrap();
+        let (simple, _) =
+            simplified(curve.clone(), json!({ "tolerance": 10_f64.powf(random.within(-6.0, -1.0)) }));
+        let simple = curve_of(simple);
+        removed += n - simple.points().len();
+        for p in simple.points() {
+            let height = (p - Point::new(3.0, -2.0, 1.0)).dot(&normal).abs();
+            assert!(height < 1e-12, "{trial}: {height:e}");
+        }
+    }
+    assert!(removed > 50, "{removed}");
+}

@@ -155,7 +155,7 @@ impl Line<'_> {
         [0.2, 0.4, 0.6, 0.8].iter().map(|x| self.off(cubic, *x)).fold(0.0, f64::max)
     }
 
-    /// The largest distance from the section: the peak of the parabola through the largest of many and those beside it.
+    /// The largest distance from the section: the largest of many, and what a parabola through it and those beside it can rise above it between them.
     fn largest(&self, cubic: &Cubic) -> f64 {
         let mut off = [0.0; SAMPLES + 1];
         for (k, off) in off.iter_mut().enumerate().take(SAMPLES).skip(1) {
@@ -163,9 +163,8 @@ impl Line<'_> {
         }
         off.windows(3).fold(0.0, |largest, beside| {
             let [before, here, after] = [beside[0], beside[1], beside[2]];
-            let (slope, bend) = (0.5 * (after - before), before + after - 2.0 * here);
-            let peak =
-                if here >= before && here >= after && bend < 0.0 { -0.5 * slope * slope / bend } else { 0.0 };
+            let bend = before + after - 2.0 * here;
+            let peak = if here >= before && here >= after { -0.125 * bend } else { 0.0 };
             largest.max(here + peak)
         })
     }
