@@ -141,11 +141,19 @@ impl Unit {
     /// assert_eq!(Unit::Unknown.quantity(1.0, 1), "1 unit");
     /// ```
     pub fn quantity(self, number: f64, power: usize) -> String {
+        self.of_figure(&text::figure(number), power)
+    }
+
+    /// The same in about six figures, where more than four are needed to see a change.
+    pub fn measured_quantity(self, number: f64, power: usize) -> String {
+        self.of_figure(&text::measured(number), power)
+    }
+
+    fn of_figure(self, figure: &str, power: usize) -> String {
         let raised = ["", "", "²", "³"].get(power).copied().unwrap_or_default();
         let words = ["", "unit", "square unit", "cubic unit"].get(power).copied().unwrap_or_default();
-        let figure = text::figure(number);
         match self {
-            Self::Unknown if matches!(figure.as_str(), "1" | "-1") || power == 0 => {
+            Self::Unknown if matches!(figure, "1" | "-1") || power == 0 => {
                 format!("{figure} {words}")
             }
             Self::Unknown => format!("{figure} {words}s"),

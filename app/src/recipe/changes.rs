@@ -4,20 +4,12 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use loftsman_kernel::Point;
 use loftsman_kernel::mesh::Cloud;
 use loftsman_kernel::plugin::{ChangeKind, Measured, ObjectChange, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
-use loftsman_kernel::spline::{Curve, Surface};
 
+use super::deviation::deviation;
 use crate::measures::Measures;
-
-/// Places of a curve at which its distance from another is taken, about as many.
-const ON_CURVES: usize = 256;
-/// The same of a surface, in each direction.
-const ON_SURFACES: usize = 12;
-/// The most pieces of the other shape, all places together, that a search for closest points looks at.
-const EFFORT: usize = 1_000_000;
 
 /// The objects of a scene before a step. It shares their geometry: no number is copied.
 pub(super) struct Before(HashMap<String, Arc<Geometry>>);
@@ -183,107 +175,14 @@ fn change(
     }
 }
 
-/// The largest distance between places of the new shape and the old shape: for curves and surfaces from each to the nearest point of the other (of what has another
-/// domain, as a part, from the new one only), for points to the point of the same number. `None` where the two are of different kinds, or a search would take long.
-fn deviation(before: &Geometry, after: &Geometry) -> Option<f64> {
-    match (before, after) {
-        (Geometry::Curve(before), Geometry::Curve(after)) => {
-            // One that is begun elsewhere is whole, too.
-            let [old, new] = [before, after].map(|curve| curve.space().length());
-            let whole = (old - new).abs() <= 1e-12 * old;
-            both(before, after, whole, of_curves)
-        }
-        (Geometry::Surface(before), Geometry::Surface(after)) => between(before, after),
-        (Geometry::Trimmed(before), Geometry::Trimmed(after)) => between(before.surface(), after.surface()),
-        (Geometry::Custom(_), _) | (_, Geometry::Custom(_)) => None,
-        (before, after) if before.kind() == after.kind() => {
-            let (before, after) = (before.points(), after.points());
-            (before.len() == after.len() && !after.is_empty())
-                .then(|| largest(before.iter().zip(after).map(|(a, b)| Some(distance(a, b)))))?
-        }
-        _ => None,
-    }
-}
-
-fn between(before: &Surface, after: &Surface) -> Option<f64> {
-    let domains = [before, after].map(|surface| [surface.u().domain(), surface.v().domain()]);
-    both(before, after, domains[0] == domains[1], of_surfaces)
-}
-
-/// One way, or both ways.
-fn both<S>(before: &S, after: &S, whole: bool, one: fn(&S, &S) -> Option<f64>) -> Option<f64> {
-    let there = one(before, after)?;
-    Some(if whole { there.max(one(after, before)?) } else { there })
-}
-
-fn of_curves(before: &Curve, after: &Curve) -> Option<f64> {
-    let breaks = after.space().breakpoints();
-    let places = places(&breaks, ON_CURVES);
-    if before.space().spans().count().saturating_mul(places.len()) <= EFFORT {
-        return largest(places.iter().map(|&u| Some(before.closest(after.point(u).ok()?).ok()?.distance)));
-    }
-    // The way of each point: it bounds the distance.
-    let same = before.space() == after.space();
-    same.then(|| {
-        largest(places.iter().map(|&u| Some(distance(&before.point(u).ok()?, &after.point(u).ok()?))))
-    })?
-}
-
-fn of_surfaces(before: &Surface, after: &Surface) -> Option<f64> {
-    let [u, v] = [after.u(), after.v()].map(|space| places(&space.breakpoints(), ON_SURFACES));
-    let pieces = before.u().spans().count().saturating_mul(before.v().spans().count());
-    let pairs = || u.iter().flat_map(|&u| v.iter().map(move |&v| (u, v)));
-    if pieces.saturating_mul(u.len() * v.len()) <= EFFORT {
-        return largest(pairs().map(|(u, v)| Some(before.closest(after.point(u, v).ok()?).ok()?.distance)));
-    }
-    let same = before.u() == after.u() && before.v() == after.v();
-    same.then(|| {
-        largest(pairs().map(|(u, v)| Some(distance(&before.point(u, v).ok()?, &after.point(u, v).ok()?))))
-    })?
-}
-
-/// At least so many parameters, evenly between breakpoints; of very many breakpoints some.
-fn places(breaks: &[f64], count: usize) -> Vec<f64> {
-    let spans = breaks.len().saturating_sub(1).max(1);
-    let (each, stride) = (count.div_ceil(spans), spans.div_ceil(count));
-    let pairs = breaks.windows(2).step_by(stride);
-    let inside = pairs.flat_map(|pair| {
-        (0..each).map(move |k| {
-            let t = k as f64 / each as f64;
-            pair[0] * (1.0 - t) + pair[1] * t
-        })
-    });
-    inside.chain(breaks.last().copied()).collect()
-}
-
-fn largest(mut distances: impl Iterator<Item = Option<f64>>) -> Option<f64> {
-    distances.try_fold(0.0, |most: f64, distance| Some(most.max(distance?))).filter(|d| d.is_finite())
-}
-
-fn distance(p: &Point, q: &Point) -> f64 {
-    let d = q - p;
-    d.x.hypot(d.y).hypot(d.z)
-}
-
 #[cfg(test)]
 mod tests {
-    use loftsman_kernel::Vector;
+    use loftsman_kernel::Point;
     use loftsman_kernel::mesh::Polyline;
-    use loftsman_kernel::spline::Space;
+    use loftsman_kernel::spline::{Curve, Space};
 
+    use super::super::deviation::tests::{arch, sheet};
     use super::*;
-
-    fn arch(degree: usize, lift: f64) -> Curve {
-        let count = degree + 4;
-        let at = |k: usize| Point::new(k as f64, (k * (count - 1 - k)) as f64 / 4.0, lift);
-        Curve::new(Space::clamped_uniform(degree, count).unwrap(), (0..count).map(at).collect()).unwrap()
-    }
-
-    fn sheet(lift: f64) -> Surface {
-        let space = || Space::clamped_uniform(3, 5).unwrap();
-        let at = |k: usize| Point::new((k / 5) as f64, (k % 5) as f64, lift + (k % 3) as f64 / 9.0);
-        Surface::new(space(), space(), (0..25).map(at).collect()).unwrap()
-    }
 
     fn told(before: &Scene, after: &Scene) -> StepReport {
         let mut report = StepReport::default();
@@ -352,31 +251,6 @@ mod tests {
         renamed.rename("goes", "went").unwrap();
         let report = told(&before, &renamed);
         assert!(report.objects.is_empty() && report.unchanged == Some(3), "{report:?}");
-    }
-
-    /// To the nearest point, not the one of the same parameter: a shape that only runs otherwise has not moved.
-    #[test]
-    fn the_deviation_is_a_distance_of_shapes() {
-        for degree in [1, 2, 3, 5, 7] {
-            let old = arch(degree, 0.0);
-            for (new, off) in [
-                (arch(degree, 0.5), 0.5),
-                (old.elevate(1).unwrap(), 0.0),
-                (old.insert_knots(&[0.25, 0.5]).unwrap(), 0.0),
-                (old.reverse().unwrap(), 0.0),
-            ] {
-                let found = deviation(&old.clone().into(), &new.into()).unwrap();
-                assert!((found - off).abs() < 1e-12, "degree {degree}: {found}, {off}");
-            }
-        }
-        let found = deviation(&sheet(0.0).into(), &sheet(0.125).into()).unwrap();
-        assert!(found > 0.11 && found <= 0.125 + 1e-12, "{found}");
-        let cloud =
-            |by: Vector| Geometry::from(Cloud { points: vec![Point::origin() + by, Point::origin()] });
-        assert_eq!(deviation(&cloud(Vector::zeros()), &cloud(Vector::new(0.0, 3.0, 4.0))), Some(5.0));
-        assert_eq!(deviation(&cloud(Vector::zeros()), &arch(3, 0.0).into()), None);
-        let fewer = Geometry::from(Cloud { points: vec![Point::origin()] });
-        assert_eq!(deviation(&cloud(Vector::zeros()), &fewer), None);
     }
 
     #[test]

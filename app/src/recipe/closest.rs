@@ -2,6 +2,7 @@
 //! One place for all operations, whoever wrote them: before a step runs, such a table becomes the parameters found.
 
 use loftsman_kernel::error::Figure;
+use loftsman_kernel::mesh::Polyline;
 use loftsman_kernel::plugin::{Field, ParameterError, Parameters, editable, object_name};
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::{Cell, Derivative, Location, Shape};
@@ -156,7 +157,13 @@ impl Resolving<'_> {
     ) -> std::result::Result<Value, ParameterError> {
         let name = match object {
             Some(name) => name.to_owned(),
-            None => object_name(self.scene, self.step, editable(self.scene), "curve or surface")?,
+            None => {
+                // A fit takes points, where there is nothing else that has places.
+                let fits = editable(self.scene);
+                let any = self.scene.objects().iter().any(|object| fits(object.geometry()));
+                let fits = |g: &Geometry| fits(g) || !any && matches!(g, Geometry::Polyline(_));
+                object_name(self.scene, self.step, fits, "curve or surface")?
+            }
         };
         let fail = |e: loftsman_kernel::Error| table.error("", e.to_string());
         let geometry = self.scene.object(&name).map_err(fail)?.geometry();
@@ -221,6 +228,9 @@ struct Found {
 /// The place of a geometry that is nearest to a point: of curves and surfaces certified, of shapes of plug-ins from places of
 /// each of their polynomial pieces downhill.
 fn nearest(geometry: &Geometry, point: Point) -> Result<Found> {
+    if let Geometry::Polyline(line) = geometry {
+        return along(line, point);
+    }
     let shape = geometry.shape()?;
     let short = |at| shortened(shape, at);
     // Which places of a face are on it only its loops say.
@@ -251,6 +261,30 @@ fn nearest(geometry: &Geometry, point: Point) -> Result<Found> {
     }
     let others = others.into_iter().map(|(at, _)| short(at)).collect();
     Ok(Found { at: short(best.0), distance: best.1, others })
+}
+
+/// The place of a polyline that is nearest to a point, by the length up to there as a share of the whole: what a fit's parameters begin with.
+fn along(line: &Polyline, point: Point) -> Result<Found> {
+    let ends = line.points.iter().zip(line.points.iter().skip(1));
+    let closing = line.points.last().zip(line.points.first()).filter(|_| line.closed);
+    let (mut length, mut best) = (0.0, (f64::INFINITY, 0.0));
+    for (a, b) in ends.chain(closing) {
+        let (chord, size) = (b - a, between(a, b));
+        if !(size > 0.0) {
+            continue;
+        }
+        let share = ((point - a) / size).dot(&(chord / size)).clamp(0.0, 1.0);
+        let distance = between(&(a + chord * share), &point);
+        if distance < best.0 {
+            best = (distance, length + share * size);
+        }
+        length += size;
+    }
+    if !(length > 0.0 && length.is_finite() && best.0.is_finite()) {
+        return Err(invalid("its points have no length"));
+    }
+    let at = format!("{:.9}", best.1 / length).parse().unwrap_or(best.1 / length);
+    Ok(Found { at: Location::Curve(at), distance: best.0, others: Vec::new() })
 }
 
 /// The location with parameters to a billionth of their domain, which people can read and copy: the place is the same to a
@@ -465,7 +499,7 @@ mod tests {
                     let told = [
                         if x < 100.0 { "49" } else { "999999999" },
                         " away from (",
-                        "farther than all of it is large (2)",
+                        "farther than all of it is large (2 ",
                     ];
                     assert!(told.iter().all(|told| message.contains(told)), "{message}");
                 }
@@ -520,8 +554,38 @@ mod tests {
             let found = resolve(&scene, &fields, DECLARED, &mut notes).unwrap();
             let place = found.names().next().unwrap().to_owned();
             assert_eq!(found.value(&place), Some(&wanted), "{notes:?}");
-            assert!(notes[0].ends_with("(0.75, 2.25, 5), 5 units away"), "{notes:?}");
+            let told = format!("(0.75, 2.25, 5), {} away", scene.unit.quantity(5.0, 1));
+            assert!(notes[0].ends_with(&told), "{notes:?}");
         }
+    }
+
+    /// Of points that are to be fitted: by the length of their polygon.
+    #[test]
+    fn a_place_among_points_is_one_along_their_polygon() {
+        let points = [[0.0, 0.0], [3.0, 0.0], [3.0, 0.0], [3.0, 4.0]].map(|[x, y]| Point::new(x, y, 0.0));
+        for (closed, length) in [(false, 7.0), (true, 12.0)] {
+            let mut scene = Scene::new();
+            let line = Polyline { points: points.to_vec(), closed };
+            scene.add(Object::new("p", line.into())).unwrap();
+            for (place, so_far, away) in
+                [([3.5, 1.0], 4.0, 0.5), ([1.0, -2.0], 1.0, 2.0), ([9.0, 4.0], 7.0, 6.0)]
+            {
+                let mut notes = Vec::new();
+                let step = json!({ "constraints": [{ "at": { "closest": [place[0], place[1], 0] } }] });
+                let fields = Parameters::new(step, "step[0]").unwrap();
+                let found = Value::Object(resolve(&scene, &fields, DECLARED, &mut notes).unwrap().into_map());
+                let at = found["constraints"][0]["at"].as_f64().unwrap();
+                assert!((at - so_far / length).abs() < 1e-9, "{at} {notes:?}");
+                assert!(notes[0].contains(&scene.unit.quantity(away, 1)), "{notes:?}");
+            }
+        }
+        let mut scene = Scene::new();
+        let still = Polyline { points: vec![Point::origin(); 3], closed: false };
+        scene.add(Object::new("p", still.into())).unwrap();
+        let step = json!({ "at": { "closest": [0, 0, 0] } });
+        let fields = Parameters::new(step, "step[0]").unwrap();
+        let refused = resolve(&scene, &fields, DECLARED, &mut Vec::new()).unwrap_err().to_string();
+        assert!(refused.contains("no length"), "{refused}");
     }
 
     #[test]

@@ -13,6 +13,7 @@
 mod aftermath;
 mod changes;
 mod closest;
+mod deviation;
 mod inputs;
 mod merge;
 mod parse;

@@ -256,12 +256,14 @@ impl Page<'_> {
             && !self.leaders.iter().any(|leader| meets(*leader, rect))
     }
 
-    /// Whether it is seen which spot of a row a number belongs to: a leader leads there, or none other is as near its box or its middle.
+    /// Whether it is seen which spot of a row a number belongs to: a leader leads there, or none other is as near its box or its middle, nor would be
+    /// if the number were as high as wide: words belong to what they are in a line with.
     fn is_told(&self, label: &Label, rect: &Rect, radius: f64) -> bool {
         let middle = [0, 1].map(|i| (rect.low[i] + rect.high[i]) / 2.0);
         let off = |spot: &Spot| {
             let [x, y] = [0, 1].map(|i| spot[i].clamp(rect.low[i], rect.high[i]) - spot[i]);
-            [x.hypot(y), (middle[0] - spot[0]).hypot(middle[1] - spot[1])]
+            let [dx, dy] = [0, 1].map(|i| middle[i] - spot[i]);
+            [x.hypot(y), dx.hypot(dy), (dx * rect.size()[1]).hypot(dy * rect.size()[0])]
         };
         let own = off(&label.anchor);
         let rivals =
@@ -273,7 +275,8 @@ impl Page<'_> {
     fn crossed(&self, label: &Label, rect: &Rect, radius: f64) -> f64 {
         let Some([start, end]) = leader(label, rect, radius) else { return 0.0 };
         let through = self.placed.iter().filter(|other| meets([start, end], other)).count();
-        self.ink.crossed(start, end) + 1000.0 * through as f64
+        let over = self.leaders.iter().filter(|other| cross([start, end], **other)).count();
+        self.ink.crossed(start, end) + 1000.0 * (through + over) as f64
     }
 
     /// The best of the places around its anchor.
@@ -377,6 +380,12 @@ fn meets([from, to]: [Spot; 2], rect: &Rect) -> bool {
         (start, end) = (start.max(a.min(b)), end.min(a.max(b)));
     }
     start <= end
+}
+
+/// Whether two segments cross.
+fn cross([a, b]: [Spot; 2], [c, d]: [Spot; 2]) -> bool {
+    let side = |p: Spot, q: Spot, r: Spot| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    (side(a, b, c) > 0.0) != (side(a, b, d) > 0.0) && (side(c, d, a) > 0.0) != (side(c, d, b) > 0.0)
 }
 
 /// Rectangles for the label in 16 directions and several distances; right and above come first, so that they
@@ -525,10 +534,51 @@ mod tests {
         let of = Label { anchor: [49.0, 43.0], ..one.clone() };
         let at = |y: f64| Rect { low: [51.0, y - h / 2.0], high: [51.0 + w, y + h / 2.0] };
         assert!(!below.is_told(&of, &at(43.0), 2.0) && below.is_told(&of, &at(40.5), 2.1));
-        let page = Page { spots: anchors.clone(), ..below };
+        // One that is nearer to its own spot, seen from its box and its middle, and in a line with the other.
+        let along = Page { spots: vec![[13.27, 27.63], [14.44, 23.69]], ..below };
+        let of = Label { anchor: [13.27, 27.63], ..one.clone() };
+        let at = |y: f64| Rect { low: [12.2 - w, y - h / 2.0], high: [12.2, y + h / 2.0] };
+        assert!(!along.is_told(&of, &at(24.2), 2.0) && along.is_told(&of, &at(27.0), 2.0));
+        let page = Page { spots: anchors.clone(), ..along };
         assert!(page.is_told(&one, &beside(anchors[0][1]), 5.0));
         let (rect, radius) = page.beside(&one).unwrap();
         assert!(page.is_told(&one, &rect, radius));
+    }
+
+    /// Spots in a block of ink, with room on one side only: leaders lead there side by side.
+    #[test]
+    fn leaders_do_not_cross_one_another() {
+        let mut ink = Ink::new(Rect { low: [0.0; 2], high: [120.0; 2] });
+        for k in 0..=100 {
+            ink.segment([10.0, 10.0 + 0.5 * f64::from(k)], [60.0, 10.0 + 0.5 * f64::from(k)], 1);
+        }
+        let mut seed = 5_u32;
+        let mut next = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(seed >> 16) / 65_536.0
+        };
+        let mut leaders = 0;
+        for _ in 0..20 {
+            let spots: Vec<Spot> = (0..7).map(|_| [50.0 + 9.0 * next(), 15.0 + 40.0 * next()]).collect();
+            let labels: Vec<Label> = spots.iter().map(|spot| label(*spot, "position at 0.5")).collect();
+            let drawn = place(&labels, &ink, Theme::Light, 1, false).drawn;
+            let lines: Vec<[Spot; 2]> = drawn
+                .split("<line class=\"leader\"")
+                .skip(1)
+                .map(|line| {
+                    let number = |name: &str| -> f64 {
+                        let from = line.find(&format!(" {name}=\"")).unwrap() + name.len() + 3;
+                        line[from..].split('"').next().unwrap().parse().unwrap()
+                    };
+                    [[number("x1"), number("y1")], [number("x2"), number("y2")]]
+                })
+                .collect();
+            leaders += lines.len();
+            for (k, one) in lines.iter().enumerate() {
+                assert!(lines[..k].iter().all(|other| !cross(*one, *other)), "{lines:?}");
+            }
+        }
+        assert!(leaders > 100, "{leaders}");
     }
 
     /// In a net of lines too narrow for a number it stands outside, at the end of a leader.

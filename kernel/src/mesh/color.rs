@@ -33,9 +33,18 @@ fn rounded_up(value: f64) -> f64 {
     format!("{up:.1e}").parse().ok().filter(|up: &f64| up.is_normal()).unwrap_or(value)
 }
 
-/// A linear value, 0 to 1, as sRGB; beyond that the same formula.
+/// Where such a map ends for values all of which count, such as distances: the least number of two digits that none is beyond. 0 where all are, or
+/// none is finite. `O(n)`.
+pub fn map_end_of_all(values: impl IntoIterator<Item = f64>) -> f64 {
+    rounded_up(values.into_iter().map(f64::abs).filter(|size| size.is_finite()).fold(0.0, f64::max))
+}
+
+/// A linear value, 0 to 1, as sRGB; beyond that the same formula. Of the numbers within rounding it is one of few decimals, or a share of 255, of which
+/// [`from_srgb`] makes the same value, if there is one: so a colour that was read is written as it was.
 pub fn to_srgb(value: f64) -> f64 {
-    if value <= 0.003_130_8 { value * 12.92 } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }
+    let found = if value <= 0.003_130_8 { value * 12.92 } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 };
+    let near = |share: f64| (found * share).round() / share;
+    [255.0, 1e3, 1e6, 1e9, 1e12, 1e15].map(near).into_iter().find(|x| from_srgb(*x) == value).unwrap_or(found)
 }
 
 /// An sRGB value, 0 to 1, as a linear one; beyond that the same formula.
@@ -46,6 +55,26 @@ pub fn from_srgb(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What files say, bytes and decimals, comes back to the bit.
+    #[test]
+    fn colours_are_written_as_they_were_read() {
+        let said = (0..=255).map(|byte| f64::from(byte) / 255.0);
+        let said = said.chain((0..=1000).map(|k| f64::from(k) / 1000.0));
+        let said = said.chain([0.48627, 0.041_234_5, 0.123_456_789, 1e-6, 1.5, 7.25, 0.999_999_999_999]);
+        let mut count = 0;
+        for shown in said {
+            assert_eq!(to_srgb(from_srgb(shown)), shown);
+            count += 1;
+        }
+        assert_eq!(count, 256 + 1001 + 7);
+        // Any value is met to rounding.
+        for k in 1..1000 {
+            let value = (f64::from(k) * 0.618_033_988_749_894_9).fract();
+            assert!((from_srgb(to_srgb(value)) - value).abs() < 1e-15 && to_srgb(value) != 0.0);
+        }
+        assert!(to_srgb(f64::NAN).is_nan() && to_srgb(f64::INFINITY).is_infinite());
+    }
 
     #[test]
     fn the_map_has_its_ends_and_its_middle() {
@@ -61,7 +90,10 @@ mod tests {
             assert_eq!(map_end([value, -value, 0.0]), up, "{value}");
         }
         let many = (0..100).map(|k| if k < 2 { 1e9 } else { f64::from(k % 10) });
-        assert_eq!(map_end(many), 9.0, "two of a hundred are far out");
+        assert_eq!(map_end(many.clone()), 9.0, "two of a hundred are far out");
+        assert_eq!(map_end_of_all(many), 1e9);
+        assert_eq!(map_end_of_all([0.0, -0.0123, f64::NAN]), 0.013);
+        assert_eq!(map_end_of_all([]), 0.0);
         assert_eq!(map_end([f64::NAN, f64::INFINITY]), 0.0);
         assert_eq!(map_end([]), 0.0);
         for size in [5e-324, 1e-310, 1.7e308] {

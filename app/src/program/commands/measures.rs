@@ -3,7 +3,7 @@
 use crate::measures::{Leaks, Measures};
 use loftsman_kernel::plugin::{Measured, ObjectChange};
 use loftsman_kernel::scene::Unit;
-use loftsman_kernel::text::without_rounding;
+use loftsman_kernel::text::{self, short, without_rounding};
 
 use crate::program::console::{count, figure};
 
@@ -37,19 +37,28 @@ fn pair(name: &str, measured: Measured, unit: Unit, power: usize) -> Option<Stri
             // What is nothing but rounding is nothing.
             let after = without_rounding(after, before);
             let ratio = after / before;
-            // Less than what is shown: no change to speak of.
-            if figure(before) == figure(after) {
-                return Some(format!("{}{} as before", one(after), inside_out(name, after)));
+            // Six figures where four do not show the change, and a share of it where these do not.
+            let few = figure(before) != figure(after);
+            let shown = |number: f64| if few { figure(number) } else { text::measured(number) };
+            if shown(before) == shown(after) {
+                let by = short(((after - before) / before).abs());
+                return Some(format!(
+                    "{}{} as before but for {by} of it",
+                    one(after),
+                    inside_out(name, after)
+                ));
             }
-            let told = if ratio.is_finite() && ratio > 0.0 && figure(ratio) != "1" {
-                format!(" (× {})", figure(ratio))
+            let told = if ratio.is_finite() && ratio > 0.0 && shown(ratio) != "1" {
+                format!(" (× {})", shown(ratio))
             } else {
                 String::new()
             };
+            let after_told =
+                if few { quantity(after, unit, power) } else { unit.measured_quantity(after, power) };
             // Of two that are inside out it is said once.
             let [then, now] = [before, after].map(|number| inside_out(name, number));
             let then = if now.is_empty() { then } else { "" };
-            format!("{name} {}{then} → {}{told}{now}", figure(before), quantity(after, unit, power))
+            format!("{name} {}{then} → {after_told}{told}{now}", shown(before))
         }
     })
 }
@@ -133,7 +142,12 @@ mod tests {
         let told = |before, after, unit| change(&area(before, after), unit);
         assert_eq!(told(Some(0.0822), Some(0.09042), Unit::Metre), "area 0.0822 → 0.09042 m² (× 1.1)");
         assert_eq!(told(Some(2.0), Some(2.0 + 1e-13), Unit::Unknown), "area 2 square units as before");
-        assert_eq!(told(Some(2.0), Some(2.0 - 3e-5), Unit::Metre), "area 2 m² as before");
+        assert_eq!(told(Some(2.0), Some(2.0 - 3e-5), Unit::Metre), "area 2 → 1.99997 m² (× 0.999985)");
+        assert_eq!(
+            told(Some(158.604_48), Some(158.642_77), Unit::Millimetre),
+            "area 158.604 → 158.643 mm² (× 1.00024)"
+        );
+        assert_eq!(told(Some(2.0), Some(2.0 - 6e-8), Unit::Metre), "area 2 m² as before but for 3e-8 of it");
         assert_eq!(told(None, Some(3.0), Unit::Millimetre), "area 3 mm²");
         assert_eq!(told(Some(7.0), Some(1.776e-15), Unit::Millimetre), "area 7 → 0 mm²");
         assert_eq!(told(Some(3.0), None, Unit::Inch), "area 3 in² before");

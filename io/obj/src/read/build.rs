@@ -75,6 +75,7 @@ impl Reader {
             uvs: vec![Use::Nothing; self.raw.uvs.len()],
             normals: vec![Use::Nothing; self.raw.normals.len()],
             rescaled: 0,
+            without_direction: 0,
             colors_left_out: 0,
         };
         self.used.iter().for_each(|&vertex| uses.points[vertex as usize] = Use::Kept);
@@ -394,12 +395,15 @@ impl Reader {
             let changed = if what == "normals" { uses.rescaled.min(kept) } else { 0 };
             let third = if what == "texture vertices" { self.third.min(kept) } else { 0 };
             report.count_many(Fate::Approximated, "normals that were not of length 1", changed);
+            let gone = if what == "normals" { uses.without_direction } else { 0 };
+            let gone = gone.min(kept - changed - third);
+            report.count_many(Fate::LeftOut, "normals of length 0", gone);
             report.count_many(
                 Fate::Approximated,
                 "texture vertices: their third coordinate is left out",
                 third,
             );
-            report.count_many(Fate::Kept, "", kept - changed - third);
+            report.count_many(Fate::Kept, "", kept - changed - third - gone);
         }
         if self.restored > 0 {
             let what = "curve[|s] [has its|have their] own knots, as they were noted beside the Bézier form";

@@ -13,6 +13,8 @@ pub(crate) struct Uses {
     pub(crate) normals: Vec<Use>,
     /// Normals that were not of unit length.
     pub(crate) rescaled: usize,
+    /// Normals of no length, which have no direction.
+    pub(crate) without_direction: usize,
     /// Colours of vertices that only some of the vertices of lines, points or free-form elements have.
     pub(crate) colors_left_out: usize,
 }
@@ -110,7 +112,10 @@ fn directions(layer: Layer<Vector>, mesh: &Mesh, uses: &mut Uses) -> Layer<Vecto
                 *normal = unit;
                 uses.rescaled += 1;
             }
-            None => gone.push(index),
+            None => {
+                uses.without_direction += 1;
+                gone.push(index);
+            }
         }
     }
     if gone.is_empty() {

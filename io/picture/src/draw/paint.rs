@@ -1,6 +1,6 @@
 //! What the colours of faces say: zebra stripes, curvature, the distance from the state before.
 
-use loftsman_kernel::mesh::color::{diverging, map_end};
+use loftsman_kernel::mesh::color::{diverging, map_end, map_end_of_all};
 use loftsman_kernel::scene::Unit;
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::text::figure;
@@ -61,7 +61,9 @@ impl Painting {
             let painted = painting.painted(stage, body, surfaces);
             painting.bodies.push(painted);
         }
-        painting.end = map_end(painting.bodies.iter().flat_map(|b| &b.values).copied());
+        let values = painting.bodies.iter().flat_map(|b| &b.values).copied();
+        // A part that has moved may be small: all of it is to be seen. Curvatures may be infinite here and there.
+        painting.end = if faces == Faces::Deviation { map_end_of_all(values) } else { map_end(values) };
         painting
     }
 

@@ -143,7 +143,7 @@ impl<'t> Scanner<'t> {
                 "a column is empty: every row needs all its coordinates".to_owned()
             }
             RowFault::Field(word, NumberFault::Word) => format!(
-                "\"{word}\" is not a number; text may stand before the first row only, or behind #, ! or %"
+                "\"{word}\" is not a number: rows are numbers; text may stand in lines of its own before and below the rows, or behind #, ! or %"
             ),
             RowFault::Field(word, why) => format!("\"{word}\" {}", why.says()),
             RowFault::Count(1) => "the row has one number: a point needs two or three".to_owned(),
