@@ -146,7 +146,7 @@ fn wrong_fields_are_told() {
         (
             "symmetrize",
             json!({ "object": "sheet", "half": "back" }),
-            "meets the plane nowhere: to keep one half, it is to meet it once",
+            "nothing of the surface is behind the plane: keep the other half",
         ),
         (
             "symmetrize",

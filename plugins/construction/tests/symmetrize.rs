@@ -697,3 +697,32 @@ fn a_half_of_what_is_symmetric_is_it() {
     }
     assert_eq!(halves, 400, "{}", refusals.join("\n"));
 }
+
+/// Where the plane meets only a part of a surface's lines this is said, and where nothing is on the side that is kept this, whatever the direction.
+#[test]
+fn why_a_half_of_a_surface_is_refused_is_true() {
+    let arc =
+        Curve::bezier([[0.0, 0.0], [10.0, 8.0], [20.0, 0.0]].map(|[x, z]| Point::new(x, 0.0, z)).to_vec());
+    let hood = Surface::extrusion(&arc.unwrap(), Vector::y() * 30.0).unwrap();
+    let round = if hood.isocurve(Direction::U, hood.u().domain().0).unwrap().points().len() > 2 {
+        Direction::V
+    } else {
+        Direction::U
+    };
+    let told = |plane: &Mirror, way: Direction, half: Half| {
+        symmetrize_surface(&hood, plane, way, half).unwrap_err().to_string()
+    };
+    let askew = Mirror::new(Point::new(9.0, 0.0, 0.0), Vector::new(1.0, 1.0, 0.0)).unwrap();
+    for half in [Half::Front, Half::Back] {
+        let told = told(&askew, round, half);
+        assert!(told.contains("on a part of its lines only") && !told.contains("nowhere"), "{told}");
+    }
+    // In the one direction it meets the plane twice, in the other nowhere: all is in front.
+    let below = Mirror::new(Point::origin(), Vector::z()).unwrap();
+    for way in [Direction::U, Direction::V] {
+        let told = told(&below, way, Half::Back);
+        assert!(told.contains("nothing of the surface is behind the plane: keep the other half"), "{told}");
+    }
+    let told = symmetrize_surface_best(&hood, &below, Half::Back).unwrap_err().to_string();
+    assert!(told.contains("keep the other half"), "{told}");
+}
