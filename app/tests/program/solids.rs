@@ -166,7 +166,7 @@ fn pictures_and_sections_of_a_part() {
     std::fs::write(folder.path().join("cut.toml"), recipe).unwrap();
     let report = LOFTSMAN.json(folder.path(), &["run", "cut.toml"]);
     let notes = report["steps"][0]["notes"].to_string();
-    assert_eq!(notes.matches("cuts an area of ").count(), 2, "{notes}");
+    assert_eq!(notes.matches(", an area of ").count(), 2, "{notes}");
     assert!(Path::new(&folder.path().join("cut.step")).exists());
     let back = LOFTSMAN.json(folder.path(), &["info", "cut.step"]);
     let curves = back["objects"].as_array().unwrap().iter().filter(|o| o["type"] == "curve");

@@ -7,7 +7,7 @@ use crate::brep::{Brep, Moving};
 use crate::edit::Constraint;
 use crate::error::{Error, Result};
 use crate::functional::{ShapeNames, Shapes, equations_of, value_of};
-use crate::scene::CURVE_OF_POLYLINE;
+use crate::scene::{CURVE_OF_POLYLINE, LINES_OF_MESH};
 use crate::scene::{Geometry, Object, Scene};
 use crate::shape::Shape;
 use crate::spline::{Curve, Surface, Trimmed};
@@ -150,6 +150,10 @@ fn none(scene: &Scene, beside: Option<&str>, what: &str) -> String {
     let curves = what.split([' ', ',']).any(|word| word == "curve");
     if curves && objects.iter().any(|o| matches!(o.geometry(), Geometry::Polyline(_))) {
         told += &format!("; {CURVE_OF_POLYLINE}");
+    }
+    let curves = what.split([' ', ',']).any(|word| word == "curve" || word == "polyline");
+    if curves && objects.iter().any(|o| o.geometry().is_lines()) {
+        told += &format!("; a mesh of lines is polylines otherwise: {LINES_OF_MESH}");
     }
     told
 }

@@ -44,6 +44,9 @@ pub enum Geometry {
 pub(crate) const CURVE_OF_POLYLINE: &str = "the operation \"polyline\" with curve = true, or \"fit\" with degree = 1 and interpolate = true, \
      makes a curve of a polyline";
 
+/// What to do where a polyline is wanted and a mesh of lines is there.
+pub(crate) const LINES_OF_MESH: &str = "converted to OBJ and read from there each is a polyline";
+
 impl Geometry {
     /// What it is called in documents: `"curve"`, `"surface"`, `"trimmed"`, `"brep"`, `"mesh"`, `"polyline"`, `"cloud"`,
     /// `"group"`, `"instance"`; of a shape of a plug-in, the name of its kind.
@@ -81,11 +84,14 @@ impl Geometry {
     /// What it is, in words: its kind, and of a mesh of nothing but lines what makes polylines of these.
     pub fn noun(&self) -> Cow<'_, str> {
         match self {
-            Self::Mesh(mesh) if mesh.face_count() == 0 && mesh.lines().next().is_some() => {
-                "mesh of lines (converted to OBJ and read from there each is a polyline)".into()
-            }
+            _ if self.is_lines() => format!("mesh of lines ({LINES_OF_MESH})").into(),
             _ => self.kind().into(),
         }
+    }
+
+    /// Whether it is a mesh of nothing but lines.
+    pub(crate) fn is_lines(&self) -> bool {
+        matches!(self, Self::Mesh(mesh) if mesh.face_count() == 0 && mesh.lines().next().is_some())
     }
 
     /// What it is and what it is not, and what to do about that where an operation does: `"a polyline, not a curve: …"`. `wanted` has its

@@ -490,15 +490,36 @@ fn what_turns_back_is_gone_round() {
             let exact = 4.0 / 3.0 + 0.5 * PI + 1.0 / 3.0;
             assert!((length(&found.curves) / scale - exact).abs() < 1e-6, "{}", length(&found.curves));
             assert!(off(&fold, &found.curves, 0.5 * scale) < 2e-6 * scale);
+            // To the right, seen from above: below the way out, above the way back; to the left the other way round.
+            for side in [1.0, -1.0] {
+                let found = offset(&fold, 0.5 * side * scale, &up).unwrap();
+                let [from, to] = tips(&found.curves);
+                assert!((from / scale - Point::new(0.0, -0.5 * side, 0.0)).norm() < 1e-6, "{side}: {from}");
+                assert!((to / scale - Point::new(1.0, 0.5 * side, 0.0)).norm() < 1e-6, "{side}: {to}");
+            }
         }
         // `(t², t³)`: a cusp.
         let points = [(1.0, -1.0), (-1.0 / 3.0, 1.0), (-1.0 / 3.0, -1.0), (1.0, 1.0)];
         let cusp = Curve::bezier(points.map(|(x, y)| Point::new(x, y, 0.0) * scale).to_vec()).unwrap();
         for away in [0.3, -0.3] {
-            let found = offset(&cusp, away * scale, &OffsetOptions::default()).unwrap();
+            let found = offset(&cusp, away * scale, &up).unwrap();
             assert!(off(&cusp, &found.curves, away * scale) < 5e-6 * scale, "{away}");
+            // Across its ends, whose directions are (-2, 3) and (2, 3). Within the cusp the arc round its tip is apart.
+            assert_eq!(found.curves.len(), if away > 0.0 { 2 } else { 1 });
+            let [from, to] = tips(&found.curves[..1]);
+            let right = Vector::new(3.0, 2.0, 0.0).normalize() * away;
+            assert!((from / scale - Point::new(1.0, -1.0, 0.0) - right).norm() < 1e-6, "{away}: {from}");
+            let right = Vector::new(3.0, -2.0, 0.0).normalize() * away;
+            assert!((to / scale - Point::new(1.0, 1.0, 0.0) - right).norm() < 1e-6, "{away}: {to}");
         }
     }
+}
+
+/// Where the one curve that there is starts and ends.
+fn tips(curves: &[Curve]) -> [Point; 2] {
+    let [curve] = curves else { panic!("{} curves", curves.len()) };
+    let (a, b) = curve.domain();
+    [curve.point(a).unwrap(), curve.point(b).unwrap()]
 }
 
 /// What the passes of a way along a line cover that go in one direction: how long that is, and in how many parts.
@@ -521,7 +542,7 @@ fn covered(turns: &[f64], way: f64) -> (f64, usize) {
 #[test]
 fn straight_curves_that_turn_back_often_are_slots() {
     let mut random = Sequence(11);
-    let mut turned = [0; 8];
+    let (mut turned, mut uneven) = ([0; 8], 0);
     for degree in 1..=7_usize {
         for case in 0..24 {
             let count = degree + 1 + if case % 3 == 0 { 3 } else { 0 } + usize::from(degree == 1) * 4;
@@ -573,14 +594,28 @@ fn straight_curves_that_turn_back_often_are_slots() {
                     let ring = up.1 + down.1 == ends;
                     assert_eq!(c.point(a).unwrap() == c.point(b).unwrap(), ring, "{told}");
                 }
-                let right = along.cross(&normal) * away.signum();
-                // The way that goes up is on the right, and on the left of it nothing leads up.
-                let ups = found.curves.iter().flat_map(|c| places(c, 400)).collect::<Vec<_>>();
-                assert!(ups.iter().any(|p| (p.coords.dot(&right) / scale - 0.4).abs() < 1e-9), "{told}");
                 let open = offset(&curve, away * scale, &OffsetOptions { corners: Corners::Open, ..options })
                     .unwrap();
                 assert!((length(&open.curves) / scale - up.0 - down.0).abs() < 1e-5, "{told}");
                 assert_eq!(open.curves.len(), up.1 + down.1, "{told}");
+                // What goes up is on the right, what goes down on the left, seen from above: each runs its own way there, and covers what the passes do.
+                let right = along.cross(&normal) * away.signum();
+                for (way, (covers, parts)) in [(1.0, up), (-1.0, down)] {
+                    let own = open.curves.iter().filter(|c| {
+                        let (a, _) = c.domain();
+                        c.point(a).unwrap().coords.dot(&right) * way > 0.0
+                    });
+                    let (mut long, mut count) = (0.0, 0);
+                    for c in own {
+                        let [from, to] = tips(std::slice::from_ref(c)).map(|p| p.coords / scale);
+                        assert!((from.dot(&right) * way - 0.4).abs() < 1e-9, "{told}");
+                        let runs = (to - from).dot(&along) * way;
+                        assert!(runs > 0.0, "{told}: {runs}");
+                        (long, count) = (long + runs, count + 1);
+                    }
+                    assert!((long - covers).abs() < 1e-5 && count == parts, "{told}, {way}: {long} {count}");
+                }
+                uneven += usize::from((up.0 - down.0).abs() > 0.1);
                 let sharp =
                     offset(&curve, away * scale, &OffsetOptions { corners: Corners::Sharp, ..options })
                         .unwrap();
@@ -589,6 +624,8 @@ fn straight_curves_that_turn_back_often_are_slots() {
         }
     }
     assert!(turned[2..].iter().sum::<usize>() > 60 && turned[4] > 5, "{turned:?}");
+    // Where one side has more than the other they cannot be exchanged.
+    assert!(uneven > 100, "{uneven}");
 }
 
 /// With sharp corners more is taken away than circles say: of a U 2 wide nothing is left beyond 1, and just there is.

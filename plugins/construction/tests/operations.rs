@@ -109,7 +109,11 @@ fn wrong_fields_are_told() {
             json!({ "object": "line", "distance": 1 }),
             "\"line\": the curve is straight and lies in many planes",
         ),
-        ("offset", json!({ "object": "helix", "distance": 1 }), " m: only planar curves have offsets"),
+        (
+            "offset",
+            json!({ "object": "helix", "distance": 1 }),
+            "the curve leaves its plane by 0.352136 m: only planar",
+        ),
         ("offset", json!({ "object": "torus", "distance": 1 }), "name a curve or a polyline"),
         ("offset", json!({ "object": "ring", "distance": 1, "corners": "mitre" }), "corners: "),
         ("offset", json!({ "object": "dot", "distance": 1 }), "\"dot\": the curve is a point"),
@@ -142,7 +146,7 @@ fn wrong_fields_are_told() {
         (
             "symmetrize",
             json!({ "object": "sheet", "half": "back" }),
-            "meets the plane nowhere: to keep one half, it is to meet it once",
+            "nothing of the surface is behind the plane: keep the other half",
         ),
         (
             "symmetrize",

@@ -481,6 +481,10 @@ fn an_ellipse_stays_an_ellipse() {
         } else {
             (Mirror::new(Point::origin(), Vector::new(1.0, 0.5, -0.2)).unwrap(), Point::origin())
         };
+        let flip = |v: Vector| {
+            let normal = Vector::new(1.0, 0.5, -0.2).normalize();
+            v - normal * (2.0 * v.dot(&normal))
+        };
         let given = ellipse(center, x * size, y * size);
         let periodic = given.to_periodic(1e-12 * size).unwrap().shape;
         for curve in [given.clone(), given.elevate(2).unwrap(), given.started_at(0.1).unwrap(), periodic] {
@@ -515,6 +519,25 @@ fn an_ellipse_stays_an_ellipse() {
                 furthest = furthest.max(nearest);
             }
             assert!(furthest * size <= even.moved.unwrap() * 1.01, "{furthest} {:?}", even.moved);
+            // Of the means with the image, run through from any phase, the one nearest to the given ellipse in the square, all round: each is symmetric.
+            // Half the sum of the squares of what the half diameters move by.
+            let mut least = (f64::INFINITY, [x, y]);
+            for k in 0..100_000 {
+                let (sine, cosine) = (TAU * f64::from(k) / 100_000.0).sin_cos();
+                let turned = [flip(x) * cosine + flip(y) * sine, flip(x) * sine - flip(y) * cosine];
+                let arms = [0.5 * (x + turned[0]), 0.5 * (y + turned[1])];
+                let square = (x - arms[0]).norm_squared() + (y - arms[1]).norm_squared();
+                if square < least.0 {
+                    least = (square, arms);
+                }
+            }
+            // The same ellipse, whatever its half diameters: the same `X Xᵀ + Y Yᵀ`; the phase is known to 6e-5.
+            let spread = |[p, q]: [Vector; 2]| p * p.transpose() + q * q.transpose();
+            let off = (spread([u, v]) - spread(least.1)).norm() / spread(least.1).norm();
+            assert!(off < 1e-4, "{size:e}: {off}");
+            // About the foot of the centre.
+            let foot = nalgebra::center(&center, &(if size == 1.0 { image(center) } else { center }));
+            assert!((center + middle * size - foot).norm() < 1e-12 * size);
             let again = symmetrize(&even.shape, &plane, Half::Both).unwrap();
             assert!(again.moved.unwrap() < 1e-11 * size, "{size:e} {:?}", again.moved);
         }
@@ -630,6 +653,7 @@ fn a_half_of_what_is_symmetric_is_it() {
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (random >> 40) as f64 / 16_777_216.0 - 0.5
     };
+    let (mut halves, mut refusals) = (0, Vec::new());
     for trial in 0..200 {
         let plane = Mirror::new(
             Point::new(next(), next(), next()) * 0.1,
@@ -645,7 +669,14 @@ fn a_half_of_what_is_symmetric_is_it() {
         let degree = 1 + trial % 3;
         let curve = Curve::new(Space::clamped_uniform(degree, n + 1).unwrap(), points.collect()).unwrap();
         for half in [Half::Front, Half::Back] {
-            let Ok(once) = symmetrize(&curve, &plane, half) else { continue };
+            let once = match symmetrize(&curve, &plane, half) {
+                Ok(once) => once,
+                Err(error) => {
+                    refusals.push(format!("{trial} {half:?}: {error}"));
+                    continue;
+                }
+            };
+            halves += 1;
             for again in [Half::Front, Half::Back, Half::Both] {
                 let twice = symmetrize(&once.shape, &plane, again).unwrap();
                 let (c, d) = once.shape.domain();
@@ -664,4 +695,34 @@ fn a_half_of_what_is_symmetric_is_it() {
             }
         }
     }
+    assert_eq!(halves, 400, "{}", refusals.join("\n"));
+}
+
+/// Where the plane meets only a part of a surface's lines this is said, and where nothing is on the side that is kept this, whatever the direction.
+#[test]
+fn why_a_half_of_a_surface_is_refused_is_true() {
+    let arc =
+        Curve::bezier([[0.0, 0.0], [10.0, 8.0], [20.0, 0.0]].map(|[x, z]| Point::new(x, 0.0, z)).to_vec());
+    let hood = Surface::extrusion(&arc.unwrap(), Vector::y() * 30.0).unwrap();
+    let round = if hood.isocurve(Direction::U, hood.u().domain().0).unwrap().points().len() > 2 {
+        Direction::V
+    } else {
+        Direction::U
+    };
+    let told = |plane: &Mirror, way: Direction, half: Half| {
+        symmetrize_surface(&hood, plane, way, half).unwrap_err().to_string()
+    };
+    let askew = Mirror::new(Point::new(9.0, 0.0, 0.0), Vector::new(1.0, 1.0, 0.0)).unwrap();
+    for half in [Half::Front, Half::Back] {
+        let told = told(&askew, round, half);
+        assert!(told.contains("on a part of its lines only") && !told.contains("nowhere"), "{told}");
+    }
+    // In the one direction it meets the plane twice, in the other nowhere: all is in front.
+    let below = Mirror::new(Point::origin(), Vector::z()).unwrap();
+    for way in [Direction::U, Direction::V] {
+        let told = told(&below, way, Half::Back);
+        assert!(told.contains("nothing of the surface is behind the plane: keep the other half"), "{told}");
+    }
+    let told = symmetrize_surface_best(&hood, &below, Half::Back).unwrap_err().to_string();
+    assert!(told.contains("keep the other half"), "{told}");
 }

@@ -310,5 +310,6 @@ fn what_is_planar_stays_so() {
             assert!(height < 1e-12, "{trial}: {height:e}");
         }
     }
-    assert!(removed > 50, "{removed}");
+    // 85 where this was written: a rounding elsewhere may keep a few more.
+    assert!(removed >= 80, "{removed}");
 }

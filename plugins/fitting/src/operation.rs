@@ -5,9 +5,10 @@ use std::borrow::Cow;
 use loftsman_kernel::edit::Constraint;
 use loftsman_kernel::error::MAX_DEGREE;
 use loftsman_kernel::functional::ShapeNames;
+use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::plugin::{
     ConstraintReport, Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters,
-    StepReport, constraint_from, functional_from,
+    StepReport, constraint_from, functional_from, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::text::figure;
@@ -34,7 +35,12 @@ const DECLARATION: Declaration = Declaration {
     name: "fit",
     help: "a polyline, a cloud or a mesh's points, in their order, become a B-spline curve",
     fields: &[
-        Field::required("object", "text", "the object whose points are fitted; the curve takes its place"),
+        Field::optional(
+            "object",
+            "text",
+            "the only polyline; where there is none, the only cloud or mesh",
+            "the object whose points are fitted; the curve takes its place",
+        ),
         Field::optional("degree", "1 to 25", "3", "the degree of the curve"),
         Field::optional(
             "tolerance",
@@ -131,12 +137,27 @@ impl Operation for FitPoints {
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
         parameters.check(DECLARATION.fields)?;
-        let name = parameters.text("object")?;
+        let lines = scene.objects().iter().any(|o| matches!(o.geometry(), Geometry::Polyline(_)));
+        let fits = |g: &Geometry| match g {
+            Geometry::Polyline(_) => true,
+            Geometry::Cloud(_) | Geometry::Mesh(_) => !lines,
+            _ => false,
+        };
+        let name = object_name(scene, parameters, fits, "polyline, cloud or mesh")?;
+        let name = name.as_str();
         let object = scene.object(name).map_err(|e| parameters.error("object", e.to_string()))?;
         let (points, chain) = match object.geometry() {
             Geometry::Polyline(line) => (line.points.as_slice(), line.closed),
             Geometry::Cloud(cloud) => (cloud.points.as_slice(), false),
-            Geometry::Mesh(mesh) => (mesh.points(), false),
+            Geometry::Mesh(mesh) => {
+                one_chain(mesh).map_err(|what| {
+                    Error::Invalid(format!(
+                        "\"{name}\" is a mesh of {what}, and a curve would go through the points of all, one after the other: \
+                         converted to OBJ and read from there each line is a polyline, to fit by itself"
+                    ))
+                })?;
+                (mesh.points(), false)
+            }
             other => {
                 let kind = loftsman_kernel::text::a(other.kind());
                 return Err(Error::Invalid(format!(
@@ -168,6 +189,43 @@ impl Operation for FitPoints {
         scene.replace(name, curve)?;
         Ok(report)
     }
+}
+
+/// Whether a mesh of nothing but lines is one chain, else what it is.
+fn one_chain(mesh: &Mesh) -> Result<(), String> {
+    if mesh.face_count() > 0 || mesh.lines().next().is_none() {
+        return Ok(());
+    }
+    let same = mesh.welded();
+    // Each point's lines, and which point stands for all that hang together with it.
+    let mut ends = vec![0_usize; same.len()];
+    let mut above: Vec<u32> = (0..same.len() as u32).collect();
+    let top = |above: &mut Vec<u32>, mut k: u32| {
+        while above[k as usize] != k {
+            let next = above[above[k as usize] as usize];
+            above[k as usize] = next;
+            k = next;
+        }
+        k
+    };
+    for pair in mesh.lines().flat_map(|line| line.windows(2)) {
+        let [p, q] = [pair[0], pair[1]].map(|k| same[k as usize]);
+        if p == q {
+            continue;
+        }
+        ends[p as usize] += 1;
+        ends[q as usize] += 1;
+        let (p, q) = (top(&mut above, p), top(&mut above, q));
+        above[p.max(q) as usize] = p.min(q);
+    }
+    let chains = (0..above.len()).filter(|&k| ends[k] > 0 && above[k] as usize == k).count();
+    if chains > 1 {
+        return Err(format!("{chains} separate lines"));
+    }
+    if ends.iter().any(|&count| count > 2) {
+        return Err("lines that branch".into());
+    }
+    Ok(())
 }
 
 /// What to say where the points turn too sharply for the curve: the sharpest corner, and what to do. One of degree 1 through all points

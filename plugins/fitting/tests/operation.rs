@@ -150,7 +150,6 @@ fn corners_are_asked_for_in_degrees_or_found() {
 #[test]
 fn what_is_wrong_is_said() {
     for (fields, words) in [
-        (json!({ "tolerance": 1.0 }), "\"object\" is missing"),
         (json!({ "object": "rign" }), "did you mean \"ring\"?"),
         (json!({ "object": "group" }), "\"group\" is a group"),
         (json!({ "object": "ring", "tolerence": 1.0 }), "did you mean \"tolerance\"?"),
@@ -181,4 +180,37 @@ fn what_is_wrong_is_said() {
         let message = fails(fields.clone());
         assert!(message.contains(words), "{fields}\n{message}");
     }
+}
+
+/// The only polyline need not be named, whatever else there is; of a mesh of lines that are no one chain no curve is made through all.
+#[test]
+fn one_chain_is_fitted() {
+    let at = |k: usize| Point::new(0.3 * k as f64, (0.3 * k as f64).sin(), 0.0);
+    let mut scene = Scene::new();
+    let lines = |chains: &[&[u32]]| {
+        let mut mesh = Mesh::new::<[usize; 3]>((0..8).map(at).collect(), &[]).unwrap();
+        let mut starts = vec![0];
+        starts.extend(chains.iter().scan(0, |sum, chain| {
+            *sum += chain.len();
+            Some(*sum)
+        }));
+        mesh.set_lines(chains.concat(), starts).unwrap();
+        mesh
+    };
+    scene.add(Object::new("two", lines(&[&[0, 1, 2, 3], &[4, 5, 6, 7]]).into())).unwrap();
+    let told = run(&mut scene, json!({})).unwrap_err().to_string();
+    assert!(told.contains("\"two\" is a mesh of 2 separate lines") && told.contains("OBJ"), "{told}");
+    scene.add(Object::new("star", lines(&[&[0, 1, 2], &[1, 3, 4, 5, 6, 7]]).into())).unwrap();
+    let told = run(&mut scene, json!({ "object": "star" })).unwrap_err().to_string();
+    assert!(told.contains("lines that branch"), "{told}");
+    // In parts that hang together it is one.
+    let pairs: Vec<[u32; 2]> = (0..7).map(|k| [k, k + 1]).collect();
+    let pairs: Vec<&[u32]> = pairs.iter().map(|pair| &pair[..]).collect();
+    scene.add(Object::new("one", lines(&pairs).into())).unwrap();
+    run(&mut scene, json!({ "object": "one" })).unwrap();
+    assert!(scene.curve("one").is_ok());
+    let line = Polyline { points: (0..30).map(at).collect(), closed: false };
+    scene.add(Object::new("wave", line.into())).unwrap();
+    assert_eq!(run(&mut scene, json!({})).unwrap().object.as_deref(), Some("wave"));
+    assert!(scene.curve("wave").is_ok());
 }

@@ -8,7 +8,7 @@
 //! | where does a curve meet a plane | [`curve_plane`] |
 //! | the section of a surface by a plane | [`section`](fn@section) |
 //! | of a Brep, or of a trimmed surface | [`brep_section`], [`trimmed_section`] |
-//! | the section of a mesh by a plane, and its area | [`mesh_section`], [`mesh_section_area`] |
+//! | the section of a mesh by a plane, its area, and where its loose lines meet it | [`mesh_section`], [`mesh_section_area`], [`mesh_section_above`], [`mesh_lines_section`] |
 //! | the same in a recipe | the operations `intersect` ([`Intersect`]) and `section` ([`CutBy`]) |
 //!
 //! Answers say how sure they are: which places, how far apart the shapes are there (measured on them), whether they cross,
@@ -36,7 +36,7 @@ use loftsman_kernel::plugin::{Plugin, Registry};
 pub use error::{IntersectionError, Result};
 pub use intersections::{Contact, Intersections, Meeting, Options, Overlap, Plane, Undecided};
 pub use itself::self_intersections;
-pub use mesh::{mesh_section, mesh_section_area};
+pub use mesh::{LineMeetings, mesh_lines_section, mesh_section, mesh_section_above, mesh_section_area};
 pub use operations::{CutBy, Intersect};
 pub use pair::{curve_surface, curves};
 pub use plane::curve_plane;

@@ -1,6 +1,6 @@
 //! Sections of meshes by planes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use loftsman_kernel::Point;
 use loftsman_kernel::mesh::{Mesh, Polyline};
@@ -74,6 +74,55 @@ pub fn mesh_section(mesh: &Mesh, plane: &Plane) -> Vec<Polyline> {
         }
     }
     lines
+}
+
+/// On which side of the plane what [`mesh_section`] cuts is, where a face of the mesh lies in the plane: whether just above it, where its normal points, or
+/// just below. `None` where no face does. `O(n)`.
+pub fn mesh_section_above(mesh: &Mesh, plane: &Plane) -> Option<bool> {
+    let distances: Vec<f64> = mesh.points().iter().map(|p| plane.distance(p)).collect();
+    let lies = mesh.faces().any(|face| face.iter().all(|&k| distances[k as usize] == 0.0));
+    lies.then(|| distances.iter().all(|d| *d >= 0.0))
+}
+
+/// Where the loose lines of a mesh meet a plane.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LineMeetings {
+    /// The points, along the lines; one where several lines meet there. Points on the plane are these, to the last bit.
+    pub points: Vec<Point>,
+    /// How many segments lie in the plane; their ends are not among the points.
+    pub lying: usize,
+}
+
+/// Where the loose lines of a mesh meet a plane. Points in one place are one. `O(n log n)`.
+pub fn mesh_lines_section(mesh: &Mesh, plane: &Plane) -> LineMeetings {
+    let mut found = LineMeetings::default();
+    if mesh.lines().next().is_none() {
+        return found;
+    }
+    let (points, same) = (mesh.points(), mesh.welded());
+    let distances: Vec<f64> = points.iter().map(|p| plane.distance(p)).collect();
+    let on = |k: u32| distances[k as usize] == 0.0;
+    let segments = || mesh.lines().flat_map(|line| line.windows(2)).map(|w| [w[0], w[1]]);
+    let mut along = BTreeSet::new();
+    for ends in segments().filter(|ends| ends.iter().all(|&k| on(k))) {
+        along.extend(ends.map(|k| same[k as usize]));
+        found.lying += 1;
+    }
+    let mut known = BTreeSet::new();
+    for [a, b] in segments() {
+        let (p, q) = (same[a as usize], same[b as usize]);
+        let place = match (on(a), on(b)) {
+            (true, true) => continue,
+            (true, false) => (p, p),
+            (false, true) => (q, q),
+            _ if (distances[a as usize] < 0.0) != (distances[b as usize] < 0.0) => (p.min(q), p.max(q)),
+            _ => continue,
+        };
+        if !(place.0 == place.1 && along.contains(&place.0)) && known.insert(place) {
+            found.points.push(crossing(points, &distances, place));
+        }
+    }
+    found
 }
 
 /// The area inside the loops of a mesh's section, what an even number of them goes around left out; `None` where a line does not

@@ -6,7 +6,7 @@ use loftsman_intersection::{
     section,
 };
 use loftsman_kernel::brep::Brep;
-use loftsman_kernel::mesh::{Cloud, Mesh};
+use loftsman_kernel::mesh::{Cloud, Mesh, Polyline};
 use loftsman_kernel::plugin::{Context, Parameters, Registry, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::spline::{Curve, Space, Surface};
@@ -90,7 +90,7 @@ fn closed_sections_of_meshes_have_an_area() {
     assert_eq!(area(&open, &level), None);
     assert_eq!(area(&cube, &plane([0.0, 0.0, 2.0], [0.0, 0.0, 1.0])), None);
     let report = run(&mut scene(), "section", json!({ "object": "cube", "axis": "z", "at": 0.5 })).unwrap();
-    assert!(report.notes.iter().any(|note| note.ends_with("cuts an area of 1 m²")), "{report:?}");
+    assert!(report.notes.iter().any(|note| note.ends_with("cuts 1 piece, an area of 1 m²")), "{report:?}");
 }
 
 /// An edge in the plane belongs to the section, and of a line along which a surface touches it a point is told, whichever way the plane
@@ -186,6 +186,9 @@ fn scene() -> Scene {
     moved.parent = Some("group".into());
     scene.add(Object::new("group", Geometry::Group)).unwrap();
     scene.add(moved).unwrap();
+    let mut flat = Object::new("flat", Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap().into());
+    flat.transform = Some(nalgebra::Matrix4::from_diagonal(&nalgebra::Vector4::new(1.0, 1.0, 0.0, 1.0)));
+    scene.add(flat).unwrap();
     scene
 }
 
@@ -209,8 +212,8 @@ fn wrong_fields_are_told() {
         ("intersect", json!({ "object": "ring", "with": "nobody" }), "nobody"),
         (
             "intersect",
-            json!({ "object": "ring", "with": "moved" }),
-            "\"moved\" is placed otherwise than \"ring\"",
+            json!({ "object": "flat", "with": "ring" }),
+            "\"flat\" is placed by a transform that flattens it, so that \"ring\" is nowhere",
         ),
         (
             "intersect",
@@ -244,7 +247,7 @@ fn wrong_fields_are_told() {
         (
             "section",
             json!({ "object": "dots", "axis": "x", "at": 0 }),
-            "a section is cut from a brep, a surface, trimmed or not, a mesh or a curve",
+            "a section is cut from a brep, a surface, trimmed or not, a mesh, a curve or a polyline",
         ),
         ("section", json!({ "object": "nobody", "axis": "x", "at": 0 }), "object: "),
     ];
@@ -295,7 +298,7 @@ fn sections_of_breps_and_trimmed_surfaces_are_curves_beside_them() {
     let mut scene = Scene::new();
     scene.add(Object::new("block", block.into())).unwrap();
     let report = run(&mut scene, "section", json!({ "object": "block", "axis": "z", "count": 3 })).unwrap();
-    let areas = report.notes.iter().filter(|note| note.ends_with("cuts an area of 6 m²")).count();
+    let areas = report.notes.iter().filter(|note| note.ends_with("cuts 1 piece, an area of 6 m²")).count();
     assert_eq!((areas, scene.objects().len()), (3, 4), "{report:?}");
     let report = run(
         &mut scene,
@@ -364,7 +367,6 @@ fn ends_and_folds_are_told_as_what_they_are() {
 /// Polylines are curves of degree 1, the closed ones with their last side; what is found is told in numbers, too.
 #[test]
 fn polylines_are_intersected_as_curves_of_degree_one() {
-    use loftsman_kernel::mesh::Polyline;
     let at = |points: &[[f64; 2]]| points.iter().map(|[x, y]| Point::new(*x, *y, 0.0)).collect::<Vec<_>>();
     let square = Polyline { points: at(&[[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]), closed: true };
     let cross = Polyline { points: at(&[[-1.0, 0.5], [3.0, 1.5]]), closed: false };
@@ -477,4 +479,122 @@ fn thin_caps_are_cut_off_or_touched_at_their_poles() {
         assert!(cut.curves.is_empty() && cut.touching.len() == 1, "{thick}: {cut:?}");
         assert!((cut.touching[0] - Point::new(0.0, 0.0, 5.0)).norm() < 1e-12, "{thick}: {cut:?}");
     }
+}
+
+/// Objects that are placed otherwise meet where their points do when those are moved by hand; what comes of it is placed as the first one is.
+#[test]
+fn objects_meet_where_they_are_placed() {
+    use nalgebra::{Matrix4, Vector3};
+    let turned = Matrix4::new_translation(&Vector3::new(3.0, -1.0, 0.5))
+        * Matrix4::from_euler_angles(0.3, -0.7, 1.1)
+        * Matrix4::new_nonuniform_scaling(&Vector3::new(2.0, 0.5, 1.5));
+    let above =
+        Matrix4::new_translation(&Vector3::new(-4.0, 2.0, 1.0)) * Matrix4::from_euler_angles(-0.4, 0.2, 0.9);
+    let ring = Geometry::from(Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap());
+    let wave = (0..9).map(|k| Point::new(0.4 * f64::from(k) - 1.6, f64::from(k % 2) - 0.5, 0.0)).collect();
+    let wave = Geometry::from(Curve::new(Space::clamped_uniform(3, 9).unwrap(), wave).unwrap());
+    let pipe = Surface::extrusion(
+        &Curve::circle(Point::new(0.0, 0.0, -1.0), Vector::z(), 1.0).unwrap(),
+        Vector::z() * 2.0,
+    );
+    let pipe = Geometry::from(pipe.unwrap());
+    // In the world all is where it is in the coordinates of the ring: brought back by the map of the other.
+    for (own, parent) in [(turned, None), (turned, Some(above)), (Matrix4::identity(), Some(above))] {
+        for (with, count) in [(&ring, 0), (&pipe, 0), (&ring, 1)] {
+            let whole = parent.unwrap_or_else(Matrix4::identity) * own;
+            let back = whole.try_inverse().unwrap();
+            let plain = |second: Geometry| {
+                let mut scene = Scene::new();
+                scene.add(Object::new("wave", wave.clone())).unwrap();
+                scene.add(Object::new("other", second)).unwrap();
+                scene
+            };
+            let fields = json!({ "object": "wave", "with": "other", "name": "hit" });
+            let mut scene = plain(with.clone());
+            let expected = run(&mut scene, "intersect", fields.clone()).unwrap();
+            assert!(expected.numbers["meetings"].as_array().unwrap().len() >= 2, "{expected:?}");
+            // Which of the two is placed by a transform.
+            let placed = ["other", "wave"][count];
+            let mut scene = plain(with.clone());
+            if let Some(above) = parent {
+                let mut group = Object::new("group", Geometry::Group);
+                group.transform = Some(above);
+                scene.add(group).unwrap();
+            }
+            let geometry = scene.object(placed).unwrap().geometry().transformed(&back).unwrap();
+            scene.replace(placed, geometry).unwrap();
+            let object = scene.object_mut(placed).unwrap();
+            object.transform = Some(own);
+            object.parent = parent.map(|_| "group".to_owned());
+            let report = run(&mut scene, "intersect", fields).unwrap();
+            assert!(report.notes.iter().any(|n| n.contains("placed otherwise")), "{report:?}");
+            let list = |report: &StepReport| report.numbers["meetings"].as_array().unwrap().clone();
+            let (found, expected) = (list(&report), list(&expected));
+            assert_eq!(found.len(), expected.len(), "{report:?}");
+            for (m, e) in found.iter().zip(&expected) {
+                assert_eq!(m["kind"], e["kind"]);
+                let apart = m["at"].as_f64().unwrap() - e["at"].as_f64().unwrap();
+                assert!(apart.abs() < 1e-11, "{m} {e}");
+            }
+            // In the world they are where they are without transforms.
+            let at = scene.position("hit").unwrap();
+            let map = scene.world_transforms().unwrap()[at].unwrap_or_else(Matrix4::identity);
+            let points = scene.object("hit").unwrap().geometry().transformed(&map).unwrap();
+            for (p, e) in points.points().iter().zip(&expected) {
+                let e: [f64; 3] = serde_json::from_value(e["point"].clone()).unwrap();
+                assert!((p - Point::from(e)).norm() < 1e-12 * 20.0, "{p} {e:?}");
+            }
+        }
+    }
+}
+
+/// Lines of a mesh, and polylines, are cut in points; which side of a face in the plane is cut is told.
+#[test]
+fn lines_are_cut_in_points_and_sides_are_told() {
+    let mut scene = Scene::new();
+    let points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0], [2.0, 3.0], [1.0, 4.0], [0.0, 4.0]];
+    let points: Vec<Point> = points.iter().map(|[x, y]| Point::new(*x, *y, 0.0)).collect();
+    let mut mesh = Mesh::new::<[usize; 3]>(points.clone(), &[]).unwrap();
+    mesh.set_lines(vec![0, 1, 2, 3, 4, 5, 6], vec![0, 3, 7]).unwrap();
+    scene.add(Object::new("wires", mesh.into())).unwrap();
+    scene.add(Object::new("way", Polyline { points, closed: true }.into())).unwrap();
+    let mut cut = |object: &str, at: f64| {
+        let name = format!("{object} {at}");
+        let fields = json!({ "object": object, "axis": "x", "at": at, "name": name });
+        let report = run(&mut scene, "section", fields).unwrap();
+        let found = scene.get(&name).map_or(Vec::new(), |o| o.geometry().points().to_vec());
+        (report.notes, found.iter().map(|p| [p.x, p.y]).collect::<Vec<_>>())
+    };
+    let (notes, found) = cut("wires", 0.5);
+    assert_eq!(notes, ["its lines meet the plane through (0.5, 0, 0) at 2 points"]);
+    assert_eq!(found, [[0.5, 0.0], [0.5, 4.0]]);
+    // From (1, 0) to (1, 1) they lie in it; (1, 4) is passed once.
+    let (notes, found) = cut("wires", 1.0);
+    assert_eq!(found, [[1.0, 4.0]]);
+    assert_eq!(notes[0], "1 part of its lines lies in the plane through (1, 0, 0): not cut");
+    assert_eq!(cut("wires", 3.0).0, ["the plane through (3, 0, 0) does not meet it"]);
+    let (notes, found) = cut("way", 0.5);
+    assert_eq!(notes, ["it crosses the plane through (0.5, 0, 0) at 2 points"]);
+    assert_eq!(found, [[0.5, 0.0], [0.5, 4.0]]);
+    // A Brep is cut above its faces, a mesh below where it has something there.
+    let sides = |object: Geometry, at: f64| {
+        let mut scene = Scene::new();
+        scene.add(Object::new("block", object)).unwrap();
+        run(&mut scene, "section", json!({ "axis": "z", "at": at })).unwrap().notes.join("\n")
+    };
+    let block = || Geometry::from(Brep::block(Point::origin(), Point::new(3.0, 2.0, 1.0)).unwrap());
+    assert!(
+        sides(block(), 0.0).contains("not cut; what is cut is what lies just above it"),
+        "{}",
+        sides(block(), 0.0)
+    );
+    // Above its top there is nothing.
+    assert!(
+        sides(block(), 1.0).ends_with("in the plane through (0, 0, 1): not cut"),
+        "{}",
+        sides(block(), 1.0)
+    );
+    assert!(sides(cube().into(), 0.0).contains("just above it"), "{}", sides(cube().into(), 0.0));
+    assert!(sides(cube().into(), 1.0).contains("just below it"), "{}", sides(cube().into(), 1.0));
+    assert!(!sides(cube().into(), 0.5).contains("just"));
 }

@@ -9,6 +9,7 @@ mod operation;
 
 use loftsman_kernel::error::{Error, Figure, Result};
 use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::text;
 use loftsman_kernel::{Point, Vector};
 
 use crate::sense::signed_area;
@@ -265,7 +266,7 @@ fn moved(profile: &Curve, path: &Curve, walk: &Walk<'_>, tolerance: f64) -> Resu
                 return Err(Error::Invalid(format!(
                     "beside the corners around {} of the path the profile reaches too far to their inner side, so that the surface would fold: make \
                      the path longer there, the corners blunter, or the profile smaller",
-                    Figure(0.5 * (begin.at + end.at))
+                    text::measured(0.5 * (begin.at + end.at))
                 )));
             }
             let ((p, dp), (q, dq)) = (walk.carried(begin, arm), walk.carried(end, arm));
@@ -297,7 +298,7 @@ fn moved(profile: &Curve, path: &Curve, walk: &Walk<'_>, tolerance: f64) -> Resu
                     return Err(Error::Invalid(format!(
                         "the path has a corner at {} that leaves the plane across the upright direction, where both sides of the surface would \
                          not meet: take frame = \"least\", or another direction",
-                        Figure(begin.at)
+                        text::measured(begin.at)
                     )));
                 }
                 knots.extend([begin.at; 2]);

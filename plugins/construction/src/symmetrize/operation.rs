@@ -92,16 +92,17 @@ impl Operation for Symmetrize {
                 return Err(p.error("object", problem).into());
             }
         };
+        let is_curve = matches!(geometry, Geometry::Curve(_));
         let mut notes = vec![match moved {
             Some(moved) => {
                 let largest = scene.object(&source)?.geometry().points().iter().map(|p| p.coords.amax());
                 let moved = without_rounding(moved, largest.fold(0.0, f64::max));
-                format!("moved by {} at most", scene.unit.quantity(moved, 1))
+                let what = if is_curve { "" } else { "control vertices " };
+                format!("{what}moved by {} at most", scene.unit.quantity(moved, 1))
             }
             None => "one half is kept, and the other is its mirror image".into(),
         }];
         notes.extend(across.map(|name| format!("{name} runs across the plane")));
-        let is_curve = matches!(geometry, Geometry::Curve(_));
         notes.extend(turned(&corners, if is_curve { "corner" } else { "crease" }, half));
         if half == Half::Both {
             notes.extend(one_sided(scene.object(&source)?.geometry().points(), &mirror));

@@ -23,6 +23,9 @@ pub fn symmetrize_surface(
     direction: Direction,
     half: Half,
 ) -> Result<Symmetric<Surface>> {
+    if half != Half::Both {
+        has_side(surface, mirror, half)?;
+    }
     let is_periodic = surface.space(direction).is_periodic();
     if is_periodic && half != Half::Both {
         let name = if direction == Direction::U { "u" } else { "v" };
@@ -92,6 +95,23 @@ fn ends(
     (points.iter().step_by(step).take(count), points[last..].iter().step_by(step).take(count))
 }
 
+/// An error where nothing of a surface is on the side that is kept: whatever the direction.
+fn has_side(surface: &Surface, mirror: &Mirror, half: Half) -> Result<()> {
+    let side = if half == Half::Front { 1.0 } else { -1.0 };
+    let points = surface.points();
+    let reach = points.iter().map(|p| long(&(p - points[0]))).fold(0.0, f64::max);
+    if points.iter().any(|p| mirror.height(p) * side > IN_PLANE * reach) {
+        Ok(())
+    } else {
+        Err(nothing(side))
+    }
+}
+
+fn nothing(side: f64) -> Error {
+    let side = if side > 0.0 { "in front of" } else { "behind" };
+    Error::Invalid(format!("nothing of the surface is {side} the plane: keep the other half"))
+}
+
 /// The half of a surface on one side of the plane (that of the normal where `side` is 1), and its mirror image.
 fn halved(open: &Surface, mirror: &Mirror, direction: Direction, side: f64) -> Result<Symmetric<Surface>> {
     let name = if direction == Direction::U { "u" } else { "v" };
@@ -111,12 +131,7 @@ fn halved(open: &Surface, mirror: &Mirror, direction: Direction, side: f64) -> R
             kept = Some(part);
         }
     }
-    let Some(kept) = kept else {
-        let side = if side > 0.0 { "in front of" } else { "behind" };
-        return Err(Error::Invalid(format!(
-            "nothing of the surface is {side} the plane: keep the other half"
-        )));
-    };
+    let kept = kept.ok_or_else(|| nothing(side))?;
     let (c, d) = kept.space(direction).domain();
     let begins_there = (c - cut).abs() < (d - cut).abs();
     // What is in the plane to rounding is in it.
@@ -137,6 +152,23 @@ fn halved(open: &Surface, mirror: &Mirror, direction: Direction, side: f64) -> R
     let corners = corners::along(first, second, direction, &was)?.into_iter().collect();
     let shape = first.join(direction, second, 1e-12 * largest)?.shape;
     Ok(Symmetric { shape, moved: None, corners })
+}
+
+/// Where, of the other parameter, there is a line along the direction that meets the plane, among some. `O(n)` for each.
+fn met_elsewhere(open: &Surface, mirror: &Mirror, direction: Direction, near: f64) -> Result<Option<f64>> {
+    let space = open.space(direction.other());
+    let (low, high) = space.domain();
+    let places = SAMPLES * space.spans().count();
+    for k in 0..=places {
+        let at = (low + (high - low) * k as f64 / places as f64).min(high);
+        let line = open.isocurve(direction.other(), at)?;
+        let (a, b) = line.domain();
+        let touches = |end: f64| -> Result<bool> { Ok(mirror.height(&line.point(end)?).abs() <= near) };
+        if touches(a)? || touches(b)? || !crossings(&line, mirror)?.is_empty() {
+            return Ok(Some(at));
+        }
+    }
+    Ok(None)
 }
 
 /// Where a parameter's line lies in the plane, and the line of the other parameter on which that was looked for.
@@ -166,6 +198,17 @@ fn plane_line(
         }
     }
     let [cut] = cuts[..] else {
+        if cuts.is_empty()
+            && let Some(at) = met_elsewhere(open, mirror, direction, near)?
+        {
+            let other = if direction == Direction::U { "v" } else { "u" };
+            return Err(Error::Invalid(format!(
+                "along {name} the surface meets the plane on a part of its lines only: on that at {other} = {} it does, on that at {other} = {} not; \
+                 to keep one half, it is to meet it once on each: name the other direction, move the plane, or take the mean of both halves",
+                figure(at),
+                figure(0.5 * low + 0.5 * high)
+            )));
+        }
         let way_out = match cuts.len() {
             0 => "move the plane, or the surface",
             _ => "split it, and keep a part that meets the plane once, or take the mean of both halves",

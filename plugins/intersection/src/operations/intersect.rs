@@ -28,12 +28,7 @@ impl Operation for Intersect {
                 "the only curve or polyline",
                 "a curve or polyline, or a surface where the other is one of these",
             ),
-            Field::optional(
-                "with",
-                "text",
-                "itself",
-                "the other: a curve, a polyline or a surface, placed as the object is",
-            ),
+            Field::optional("with", "text", "itself", "the other: a curve, a polyline or a surface"),
             Field::optional(
                 "tolerance",
                 "length",
@@ -68,11 +63,6 @@ impl Operation for Intersect {
         let found =
             |field: &str, name: &str| scene.object(name).map_err(|e| parameters.error(field, e.to_string()));
         let (first, second) = (found("object", object)?, found("with", with)?);
-        if first.parent != second.parent || first.transform != second.transform {
-            return Err(parameters
-                .error("with", format!("\"{with}\" is placed otherwise than \"{object}\": give both the same parent and transform"))
-                .into());
-        }
         let fits =
             |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Polyline(_) | Geometry::Surface(_));
         for (name, geometry) in [(object.as_str(), first.geometry()), (with, second.geometry())] {
@@ -80,10 +70,12 @@ impl Operation for Intersect {
                 return Err(cannot(name, geometry));
             }
         }
+        let brought = brought(scene, with, object)?;
+        let other = brought.as_ref().unwrap_or(second.geometry());
         let of =
             |name: &str, geometry| as_curve(geometry).map_err(|e| Error::Invalid(format!("\"{name}\": {e}")));
-        let pair = [of(object, first.geometry())?, of(with, second.geometry())?];
-        let (found, curve) = match (&pair[0], &pair[1], first.geometry(), second.geometry()) {
+        let pair = [of(object, first.geometry())?, of(with, other)?];
+        let (found, curve) = match (&pair[0], &pair[1], first.geometry(), other) {
             (Some(a), ..) if object == with => (self_intersections(a, &options)?, a),
             (Some(a), Some(b), ..) => (curves(a, b, &options)?, a),
             (Some(a), None, _, Geometry::Surface(b)) | (None, Some(a), Geometry::Surface(b), _) => {
@@ -110,8 +102,13 @@ impl Operation for Intersect {
         }
         let who = if object == with { "it" } else { "they" };
         let ends = Ends::of(&pair, object == with)?;
-        let sizes = Sizes::of([first.geometry(), second.geometry()]);
-        let notes = notes(&found, who, &ends, &sizes, scene.unit);
+        let sizes = Sizes::of([first.geometry(), other]);
+        let mut notes = notes(&found, who, &ends, &sizes, scene.unit);
+        if brought.is_some() {
+            notes.push(format!(
+                "\"{with}\" is placed otherwise than \"{object}\": places and lengths are told in the coordinates of \"{object}\""
+            ));
+        }
         let numbers = numbers(&found, &ends);
         add_beside(scene, object, &name, geometries)?;
         Ok(StepReport {
@@ -122,6 +119,37 @@ impl Operation for Intersect {
             ..StepReport::default()
         })
     }
+}
+
+/// An object as it is in the coordinates of another, where both are not placed alike: its control vertices moved by the affine map from one frame to the
+/// other, which is exact.
+fn brought(scene: &Scene, name: &str, into: &str) -> Result<Option<Geometry>, OperationError> {
+    let world = scene.world_transforms()?;
+    let place = |name: &str| {
+        let map = scene.position(name).and_then(|at| world.get(at).copied().flatten());
+        map.filter(|map| !map.is_identity(0.0))
+    };
+    let (own, of) = (place(name), place(into));
+    if own == of {
+        return Ok(None);
+    }
+    let back = match of {
+        Some(of) => {
+            let back = of.try_inverse().filter(|back| back.iter().all(|c| c.is_finite()));
+            Some(back.ok_or_else(|| {
+                Error::Invalid(format!(
+                    "\"{into}\" is placed by a transform that flattens it, so that \"{name}\" is nowhere in its coordinates: correct its transform"
+                ))
+            })?)
+        }
+        None => None,
+    };
+    let map = match (back, own) {
+        (Some(back), Some(own)) => Some(back * own),
+        (back, own) => back.or(own),
+    };
+    let geometry = scene.object(name)?.geometry();
+    Ok(map.map(|map| geometry.transformed(&map)).transpose()?)
 }
 
 /// What is refused, and what does it.

@@ -1,19 +1,19 @@
-//! `section`: what planes cut from a Brep, a surface, a mesh or a curve.
+//! `section`: what planes cut from a Brep, a surface, a mesh, a curve or a polyline.
 
 use loftsman_kernel::mesh::Cloud;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::text::{a, told_apart, without_rounding};
+use loftsman_kernel::text::{a, counted, told_apart, without_rounding};
 use loftsman_kernel::{Error, Point, Vector};
 use serde_json::json;
 
-use super::{NAME, add_beside, base_name, place, told, tolerance};
+use super::{NAME, add_beside, as_curve, base_name, place, told, tolerance};
 use crate::section::bounds;
 use crate::{
-    Contact, Options, Plane, ShellSection, brep_section, curve_plane, mesh_section, mesh_section_area,
-    section, trimmed_section,
+    Contact, Options, Plane, ShellSection, brep_section, curve_plane, mesh_lines_section, mesh_section,
+    mesh_section_above, mesh_section_area, section, trimmed_section,
 };
 
 /// The most planes of a step.
@@ -35,7 +35,7 @@ impl Operation for CutBy {
                 "object",
                 "text",
                 "the only one that can be cut",
-                "a brep, a surface, trimmed or not, a mesh or a curve",
+                "a brep, a surface, trimmed or not, a mesh, a curve or a polyline",
             ),
             Field::optional(
                 "plane",
@@ -66,7 +66,7 @@ impl Operation for CutBy {
         ];
         Declaration {
             name: "section",
-            help: "what planes cut: of a brep or a surface curves, of a mesh polylines, of a curve points; edges in the plane belong to it; reports the area of closed loops",
+            help: "what planes cut: of a brep or a surface curves, of a mesh polylines, of a curve, a polyline or a mesh's lines points; edges in the plane belong to it; reports the area of closed loops",
             fields: FIELDS,
         }
     }
@@ -78,7 +78,7 @@ impl Operation for CutBy {
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
         parameters.check(self.declaration().fields)?;
-        let fits = |g: &Geometry| {
+        let usual = |g: &Geometry| {
             matches!(
                 g,
                 Geometry::Brep(_)
@@ -88,11 +88,22 @@ impl Operation for CutBy {
                     | Geometry::Curve(_)
             )
         };
-        let object = &object_name(scene, parameters, fits, "brep, surface, mesh or curve")?;
+        // Polylines, which sections of meshes are, are meant where there is nothing else, or by name.
+        let none = !scene.objects().iter().any(|object| usual(object.geometry()));
+        let fits = |g: &Geometry| usual(g) || none && matches!(g, Geometry::Polyline(_));
+        let object = &object_name(scene, parameters, fits, "brep, surface, mesh, curve or polyline")?;
         let name = base_name(parameters, object, "section")?;
         let options = Options { tolerance: tolerance(parameters)? };
         let geometry =
             scene.object(object).map_err(|e| parameters.error("object", e.to_string()))?.geometry();
+        let chords = match geometry {
+            Geometry::Polyline(_) => {
+                as_curve(geometry).map_err(|e| Error::Invalid(format!("\"{object}\": {e}")))?
+            }
+            _ => None,
+        };
+        let chords = chords.map(Geometry::from);
+        let geometry = chords.as_ref().unwrap_or(geometry);
         let planes = planes(parameters, geometry)?;
         let mut geometries: Vec<Geometry> = Vec::new();
         let mut notes = Vec::new();
@@ -109,6 +120,9 @@ impl Operation for CutBy {
             let at = format!("({}, {}, {})", xs[k], ys[k], zs[k]);
             let (before, known) = (geometries.len(), notes.len());
             let (mut touching, mut area): (Vec<Point>, Option<f64>) = (Vec::new(), None);
+            // Whether what is cut has loose points beside its pieces.
+            let mut dots = false;
+            let point_or_points = |count| counted(count, "point[|s]");
             match geometry {
                 Geometry::Surface(surface) => {
                     let cut = section(surface, plane, &options)?;
@@ -145,20 +159,36 @@ impl Operation for CutBy {
                 Geometry::Mesh(mesh) => {
                     let lines = mesh_section(mesh, plane);
                     area = mesh_section_area(&lines, plane);
+                    if let Some(above) = mesh_section_above(mesh, plane) {
+                        let beside = if lines.is_empty() { "" } else { side(above) };
+                        notes.push(format!("a face lies in the plane through {at}: not cut{beside}"));
+                    }
                     geometries.extend(lines.into_iter().map(Geometry::from));
+                    let met = mesh_lines_section(mesh, plane);
+                    if met.lying > 0 {
+                        let parts = counted(met.lying, "part[|s] of its lines [lies|lie]");
+                        notes.push(format!("{parts} in the plane through {at}: not cut"));
+                    }
+                    if !met.points.is_empty() {
+                        let points = point_or_points(met.points.len());
+                        notes.push(format!("its lines meet the plane through {at} at {points}"));
+                        geometries.push(Cloud { points: met.points }.into());
+                        dots = true;
+                    }
                 }
                 Geometry::Curve(curve) => {
                     let cut = curve_plane(curve, plane, &options)?;
                     residual = Some(cut.distance().max(residual.unwrap_or(0.0)));
                     if !cut.meetings.is_empty() {
+                        dots = true;
                         geometries
                             .push(Cloud { points: cut.meetings.iter().map(|m| m.point).collect() }.into());
                     }
                     for (contact, how) in [(Contact::Crossing, "crosses"), (Contact::Touching, "touches")] {
                         let places = cut.meetings.iter().filter(|m| m.contact == contact).count();
                         if places > 0 {
-                            let plural = if places == 1 { "point" } else { "points" };
-                            notes.push(format!("it {how} the plane through {at} at {places} {plural}"));
+                            let points = point_or_points(places);
+                            notes.push(format!("it {how} the plane through {at} at {points}"));
                         }
                     }
                     for o in cut.overlaps {
@@ -181,8 +211,12 @@ impl Operation for CutBy {
                             .map(|q| format!("the plane through {at} touches it at {}", place(q))),
                     );
                     if !cut.coincident.is_empty() {
+                        let beside = match cut.shift {
+                            shift if shift == 0.0 || cut.curves.is_empty() => "",
+                            shift => side(shift > 0.0),
+                        };
                         notes.push(format!(
-                            "{} in the plane through {at}: not cut",
+                            "{} in the plane through {at}: not cut{beside}",
                             faces(&cut.coincident, "lies", "lie")
                         ));
                     }
@@ -203,14 +237,11 @@ impl Operation for CutBy {
                 }
                 other => {
                     let problem = format!(
-                        "\"{object}\" is {}: a section is cut from a brep, a surface, trimmed or not, a mesh or a curve",
+                        "\"{object}\" is {}: a section is cut from a brep, a surface, trimmed or not, a mesh, a curve or a polyline",
                         a(other.kind())
                     );
                     return Err(Error::Invalid(problem).into());
                 }
-            }
-            if let Some(area) = area {
-                notes.push(format!("the plane through {at} cuts an area of {}", one.quantity(area, 2)));
             }
             told_planes.push(json!({
                 "point": (0..3).map(|k| plane.point()[k] + 0.0).collect::<Vec<f64>>(),
@@ -218,12 +249,16 @@ impl Operation for CutBy {
                 "area": area,
                 "touching": touching.iter().map(|q| [q.x + 0.0, q.y + 0.0, q.z + 0.0]).collect::<Vec<_>>(),
             }));
-            match geometries.len() - before {
+            match geometries.len() - before - usize::from(dots) {
                 0 if notes.len() == known => notes.push(format!("the plane through {at} does not meet it")),
                 0 => {}
-                _ if matches!(geometry, Geometry::Curve(_)) => {}
-                1 => notes.push(format!("the plane through {at} cuts 1 piece")),
-                count => notes.push(format!("the plane through {at} cuts {count} pieces")),
+                count => {
+                    let area = area
+                        .map(|area| format!(", an area of {}", one.quantity(area, 2)))
+                        .unwrap_or_default();
+                    let pieces = counted(count, "piece[|s]");
+                    notes.push(format!("the plane through {at} cuts {pieces}{area}"));
+                }
             }
         }
         if let (Some(wanted), Some(found)) = (options.tolerance, residual)
@@ -261,6 +296,15 @@ impl Operation for CutBy {
             notes,
             ..StepReport::default()
         })
+    }
+}
+
+/// On which side of a plane what is cut is, where faces lie in it.
+fn side(above: bool) -> &'static str {
+    if above {
+        "; what is cut is what lies just above it, where the plane's normal points"
+    } else {
+        "; what is cut is what lies just below it, away from the plane's normal"
     }
 }
 

@@ -49,6 +49,8 @@ pub struct ShellSection {
     pub undecided: Vec<usize>,
     /// The tolerance that was used; it is larger than what was asked for where the plane runs along edges that are known to less only.
     pub tolerance: f64,
+    /// How far along its normal the plane was moved, so that it passes no vertex: where faces lie in it, the section is what is cut there, on that side of them.
+    pub shift: f64,
 }
 
 /// Where the plane meets an edge.
@@ -85,6 +87,7 @@ pub fn brep_section(brep: &Brep, plane: &Plane, options: &Options) -> Result<She
     let mut best: Option<ShellSection> = None;
     for moved in planes(brep, &edges, plane, tolerance)? {
         let mut found = at_plane(brep, &edges, [plane, &moved], tolerance)?;
+        found.shift = plane.distance(&moved.point());
         let off = (moved.point() - plane.point()).norm();
         if off > tolerance {
             found.tolerance = off + tolerance;
