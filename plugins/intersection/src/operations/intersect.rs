@@ -176,7 +176,7 @@ fn cannot(name: &str, geometry: &Geometry) -> OperationError {
     Error::Invalid(format!(
         "\"{name}\" is {}: a curve or polyline is intersected with another, or with a surface (a trimmed surface: untrim it first; \
          a mesh or a surface by a plane: section)",
-        a(geometry.kind())
+        a(&geometry.noun())
     ))
     .into()
 }
