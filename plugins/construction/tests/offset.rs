@@ -517,7 +517,8 @@ fn what_turns_back_is_gone_round() {
 
 /// Where the one curve that there is starts and ends.
 fn tips(curves: &[Curve]) -> [Point; 2] {
-    let [curve] = curves else { panic!("{} curves", curves.len()) };
+    assert_eq!(curves.len(), 1);
+    let curve = &curves[0];
     let (a, b) = curve.domain();
     [curve.point(a).unwrap(), curve.point(b).unwrap()]
 }

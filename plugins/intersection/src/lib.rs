@@ -18,6 +18,7 @@ mod bernstein;
 mod certificate;
 mod contact;
 mod error;
+mod gap;
 mod intersections;
 mod itself;
 mod meeting;
@@ -34,6 +35,7 @@ mod together;
 use loftsman_kernel::plugin::{Plugin, Registry};
 
 pub use error::{IntersectionError, Result};
+pub use gap::{Gap, gap_of_curve_and_surface, gap_of_curves};
 pub use intersections::{Contact, Intersections, Meeting, Options, Overlap, Plane, Undecided};
 pub use itself::self_intersections;
 pub use mesh::{LineMeetings, mesh_lines_section, mesh_section, mesh_section_above, mesh_section_area};

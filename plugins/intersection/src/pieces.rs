@@ -10,18 +10,18 @@ use crate::net::{Four, Frame, Piece, Range};
 #[derive(Debug)]
 pub(crate) struct Pieces {
     pub(crate) pieces: Vec<Piece>,
-    nodes: Vec<Node>,
+    pub(crate) nodes: Vec<Node>,
 }
 
 #[derive(Debug)]
-struct Node {
-    bounds: [Range; 3],
+pub(crate) struct Node {
+    pub(crate) bounds: [Range; 3],
     /// Two nodes, or one piece.
-    below: Below,
+    pub(crate) below: Below,
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Below {
+pub(crate) enum Below {
     Nodes(usize, usize),
     Piece(usize),
 }

@@ -598,3 +598,60 @@ fn lines_are_cut_in_points_and_sides_are_told() {
     assert!(sides(cube().into(), 1.0).contains("just below it"), "{}", sides(cube().into(), 1.0));
     assert!(!sides(cube().into(), 0.5).contains("just"));
 }
+
+/// Of what does not meet the least distance is told: closed forms of circles, lines and a cylinder, and of waves by many places.
+#[test]
+fn how_near_what_does_not_meet_comes_is_told() {
+    use loftsman_intersection::{gap_of_curve_and_surface, gap_of_curves};
+    let ring = |center: [f64; 3], normal: Vector, radius: f64| {
+        Curve::circle(Point::from(center), normal, radius).unwrap()
+    };
+    let line = |p: [f64; 3], q: [f64; 3]| Curve::line(Point::from(p), Point::from(q)).unwrap();
+    for size in [1e-6, 1.0, 1e6] {
+        let p = |x: f64, y: f64, z: f64| [x * size, y * size, z * size];
+        let inner = ring(p(0.2, 0.0, 0.0), Vector::z(), size);
+        for (a, b, exact) in [
+            // All round as near.
+            (ring(p(0.0, 0.0, 0.0), Vector::z(), 3.0 * size), ring(p(0.0, 0.0, 0.0), Vector::z(), size), 2.0),
+            (ring(p(0.0, 0.0, 0.0), Vector::z(), 3.0 * size), inner.clone(), 1.8),
+            (line(p(-5.0, 2.0, 0.3), p(5.0, 2.0, 0.3)), line(p(0.0, -5.0, 1.0), p(0.0, 5.0, 1.0)), 0.7),
+            (line(p(-5.0, 0.0, 1.0), p(5.0, 0.0, 1.0)), line(p(-5.0, 0.0, 0.0), p(5.0, 0.0, 0.0)), 1.0),
+            (line(p(3.0, 4.0, 0.0), p(9.0, 4.0, 0.0)), line(p(0.0, 0.0, 0.0), p(-1.0, 0.0, 0.0)), 5.0),
+        ] {
+            for (a, b) in [(&a, &b), (&b, &a)] {
+                let gap = gap_of_curves(a, b).unwrap().unwrap();
+                let off = gap.distance / (exact * size) - 1.0;
+                assert!((-1e-12..2e-4).contains(&off), "{size} {exact}: {gap:?}");
+                assert!(a.closest(gap.point).unwrap().distance < 1e-12 * 10.0 * size, "{gap:?}");
+            }
+        }
+        let pipe = Surface::extrusion(&inner, Vector::z() * size).unwrap();
+        let gap =
+            gap_of_curve_and_surface(&line(p(-5.0, 3.0, 0.5), p(5.0, 3.0, 0.5)), &pipe).unwrap().unwrap();
+        assert!((gap.distance / size - 2.0).abs() < 1e-3 && gap.least, "{gap:?}");
+    }
+    let wave = |phase: f64, height: f64| {
+        let points =
+            (0..400).map(|k| Point::new(0.1 * f64::from(k), (0.37 * f64::from(k) + phase).sin(), height));
+        Curve::new(Space::clamped_uniform(3, 400).unwrap(), points.collect()).unwrap()
+    };
+    let (a, b) = (wave(0.0, 0.0), wave(0.0, 0.0).clone());
+    let b =
+        Curve::new(b.space().clone(), b.points().iter().map(|p| p + Vector::new(0.0, 2.5, 0.4)).collect())
+            .unwrap();
+    let gap = gap_of_curves(&a, &b).unwrap().unwrap();
+    let (from, to) = a.domain();
+    let nearest = (0..=4000)
+        .map(|k| {
+            b.closest(a.point((from + (to - from) * f64::from(k) / 4000.0).min(to)).unwrap())
+                .unwrap()
+                .distance
+        })
+        .fold(f64::INFINITY, f64::min);
+    assert!(gap.distance <= nearest * (1.0 + 1e-3), "{gap:?} {nearest}");
+    let mut scene = scene();
+    let far = Curve::line(Point::new(0.0, 3.0, -1.0), Point::new(0.0, 3.0, 1.0)).unwrap();
+    scene.add(Object::new("far", far.into())).unwrap();
+    let report = run(&mut scene, "intersect", json!({ "object": "far", "with": "ring" })).unwrap();
+    assert_eq!(report.notes[1], "the nearest places are 2 m apart, at (0, 3, 0)");
+}

@@ -83,7 +83,7 @@ impl Line {
             other => Err(Error::Invalid(format!(
                 "a tube is swept round a curve or a polyline, and \"{}\" is {}",
                 object.name(),
-                loftsman_kernel::text::a(other.kind())
+                loftsman_kernel::text::a(&other.noun())
             ))),
         }
     }

@@ -13,7 +13,10 @@ use loftsman_kernel::text::{a, without_rounding};
 use serde_json::{Map, Value, json};
 
 use super::{NAME, add_beside, as_curve, base_name, place, told, tolerance};
-use crate::{Contact, Intersections, Meeting, Options, curve_surface, curves, self_intersections};
+use crate::{
+    Contact, Intersections, Meeting, Options, curve_surface, curves, gap_of_curve_and_surface, gap_of_curves,
+    self_intersections,
+};
 
 /// The operation `intersect`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -109,7 +112,23 @@ impl Operation for Intersect {
                 "\"{with}\" is placed otherwise than \"{object}\": places and lengths are told in the coordinates of \"{object}\""
             ));
         }
-        let numbers = numbers(&found, &ends);
+        let mut numbers = numbers(&found, &ends);
+        // How near they come is asked of two that were shown to be apart.
+        let apart = found.meetings.is_empty() && found.overlaps.is_empty() && found.is_complete();
+        let gap = match (&pair[0], &pair[1], first.geometry(), other) {
+            _ if !apart || object == with => None,
+            (Some(a), Some(b), ..) => gap_of_curves(a, b)?,
+            (Some(a), None, _, Geometry::Surface(b)) | (None, Some(a), Geometry::Surface(b), _) => {
+                gap_of_curve_and_surface(a, b)?
+            }
+            _ => None,
+        };
+        if let Some(gap) = gap {
+            let what = if gap.least { "the nearest places" } else { "the nearest places that were found" };
+            let (far, at) = (scene.unit.quantity(gap.distance, 1), place(&gap.point));
+            notes.push(format!("{what} are {far} apart, at {at}"));
+            numbers.insert("gap".into(), gap.distance.into());
+        }
         add_beside(scene, object, &name, geometries)?;
         Ok(StepReport {
             op: "intersect".into(),
@@ -157,7 +176,7 @@ fn cannot(name: &str, geometry: &Geometry) -> OperationError {
     Error::Invalid(format!(
         "\"{name}\" is {}: a curve or polyline is intersected with another, or with a surface (a trimmed surface: untrim it first; \
          a mesh or a surface by a plane: section)",
-        a(geometry.kind())
+        a(&geometry.noun())
     ))
     .into()
 }
