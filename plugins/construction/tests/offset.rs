@@ -628,6 +628,30 @@ fn straight_curves_that_turn_back_often_are_slots() {
     assert!(uneven > 100, "{uneven}");
 }
 
+/// Where a straight curve turns is found in its shares from 0 to 1, however few digits of its parameters are left.
+#[test]
+fn straight_curves_turn_back_whatever_their_parameters_are() {
+    let mut random = Sequence(23);
+    for degree in 2..=7_usize {
+        for case in 0..6 {
+            let count = degree + 1 + case % 4;
+            let points: Vec<Point> =
+                (0..count).map(|_| Point::new(6.0 * random.next() - 3.0, 0.0, 0.0)).collect();
+            let weights: Vec<f64> = (0..count).map(|_| 0.5 + random.next()).collect();
+            let space = Space::clamped_uniform(degree, count).unwrap();
+            let curve = Curve::build(space, points, (case % 2 == 1).then_some(weights)).unwrap();
+            let up = OffsetOptions { normal: Some(Vector::z()), ..OffsetOptions::default() };
+            let exact = length(&offset(&curve, 0.1, &up).unwrap().curves);
+            for (a, b) in [(1000.0, 1000.01), (-1e6, -1e6 + 0.5), (0.0, 1e-9)] {
+                let far = curve.reparametrise(a, b).unwrap();
+                let found = offset(&far, 0.1, &up).unwrap_or_else(|e| panic!("{degree}, {case}, {a}: {e}"));
+                let long = length(&found.curves);
+                assert!((long - exact).abs() < 1e-6, "{degree}, {case}, {a}: {long} for {exact}");
+            }
+        }
+    }
+}
+
 /// With sharp corners more is taken away than circles say: of a U 2 wide nothing is left beyond 1, and just there is.
 #[test]
 fn where_sharp_offsets_end_is_told() {
