@@ -628,26 +628,29 @@ fn straight_curves_that_turn_back_often_are_slots() {
     assert!(uneven > 100, "{uneven}");
 }
 
-/// Where a straight curve turns is found in its shares from 0 to 1, however few digits of its parameters are left.
+/// Where a straight curve turns is found in its shares from 0 to 1, however few digits of its parameters are left: between two knots so near that what
+/// is between them has some thousands of numbers.
 #[test]
 fn straight_curves_turn_back_whatever_their_parameters_are() {
     let mut random = Sequence(23);
-    for degree in 2..=7_usize {
+    for degree in 2..=5_usize {
         for case in 0..6 {
-            let count = degree + 1 + case % 4;
+            let sign = |k: usize| if k % 2 == 0 { 1.0 } else { -1.0 };
             let points: Vec<Point> =
-                (0..count).map(|_| Point::new(6.0 * random.next() - 3.0, 0.0, 0.0)).collect();
-            let weights: Vec<f64> = (0..count).map(|_| 0.5 + random.next()).collect();
-            let space = Space::clamped_uniform(degree, count).unwrap();
-            let curve = Curve::build(space, points, (case % 2 == 1).then_some(weights)).unwrap();
+                (0..degree + 3).map(|k| Point::new(sign(k) * (1.0 + random.next()), 0.0, 0.0)).collect();
+            let weights: Vec<f64> = (0..degree + 3).map(|_| 0.5 + random.next()).collect();
+            let weights = (case % 2 == 1).then_some(weights);
+            let at = 0.1 + 0.8 * random.next();
             let up = OffsetOptions { normal: Some(Vector::z()), ..OffsetOptions::default() };
-            let exact = length(&offset(&curve, 0.1, &up).unwrap().curves);
-            for (a, b) in [(1000.0, 1000.01), (-1e6, -1e6 + 0.5), (0.0, 1e-9)] {
-                let far = curve.reparametrise(a, b).unwrap();
-                let found = offset(&far, 0.1, &up).unwrap_or_else(|e| panic!("{degree}, {case}, {a}: {e}"));
-                let long = length(&found.curves);
-                assert!((long - exact).abs() < 1e-6, "{degree}, {case}, {a}: {long} for {exact}");
-            }
+            let long = |low: f64, wide: f64| {
+                let knots = [0.0, at, at + 1e-7, 1.0].map(|x| low + wide * x);
+                let space = Space::clamped(degree, &knots).unwrap();
+                let curve = Curve::build(space, points.clone(), weights.clone()).unwrap();
+                let found = offset(&curve, 0.1, &up);
+                length(&found.unwrap_or_else(|e| panic!("{degree}, {case}, {low}: {e}")).curves)
+            };
+            let (exact, far) = (long(0.0, 1.0), long(1000.0, 0.01));
+            assert!((far - exact).abs() < 1e-6, "{degree}, {case}: {far} for {exact}");
         }
     }
 }
