@@ -1,5 +1,5 @@
 //! Offsets of planar curves.
-#![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should panic")]
 
 use std::f64::consts::{PI, TAU};
 
@@ -635,7 +635,7 @@ fn straight_curves_turn_back_whatever_their_parameters_are() {
     let mut random = Sequence(23);
     for degree in 2..=5_usize {
         for case in 0..6 {
-            let sign = |k: usize| if k % 2 == 0 { 1.0 } else { -1.0 };
+            let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
             let points: Vec<Point> =
                 (0..degree + 3).map(|k| Point::new(sign(k) * (1.0 + random.next()), 0.0, 0.0)).collect();
             let weights: Vec<f64> = (0..degree + 3).map(|_| 0.5 + random.next()).collect();
