@@ -1,6 +1,8 @@
 //! Offsets of polygons with sharp corners: against areas of their own making, line by line.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should panic")]
 
+use std::f64::consts::PI;
+
 use loftsman_construction::{Corners, Offset, OffsetOptions, offset};
 use loftsman_kernel::Point;
 use loftsman_kernel::spline::{Curve, Space};
@@ -242,4 +244,97 @@ fn an_outline_of_letters_is_moved_at_once() {
     }
     let took = begin.elapsed();
     assert!(took.as_secs() < 20, "{took:?}");
+}
+
+fn polyline(corners: &[Place]) -> Curve {
+    let points: Vec<Point> = corners.iter().map(|c| Point::new(c[0], c[1], 0.0)).collect();
+    Curve::new(Space::clamped_uniform(1, points.len()).unwrap(), points).unwrap()
+}
+
+/// How long the offset is, with corners sharp and round, and in how many curves each.
+fn lengths(source: &Curve, away: f64) -> [(f64, usize); 2] {
+    [Corners::Sharp, Corners::Round].map(|corners| {
+        let options = OffsetOptions { corners, ..OffsetOptions::default() };
+        let found =
+            offset(source, away, &options).unwrap_or_else(|error| panic!("{corners:?} {away}: {error}"));
+        for curve in &found.curves {
+            let (a, b) = curve.domain();
+            for k in 0..=400 {
+                let place = curve.point((a + (b - a) * f64::from(k) / 400.0).min(b)).unwrap();
+                let near = source.closest(place).unwrap().distance;
+                assert!(near > away.abs() - found.tolerance, "{corners:?} {away}: {near} at {place}");
+            }
+        }
+        (found.curves.iter().map(|c| c.length(1e-12).unwrap().value).sum(), found.curves.len())
+    })
+}
+
+/// A spike at a sharp corner is gone round, and the tip of the corner at its root is whole: a curve that comes back to its corner has the other side there, too.
+#[test]
+fn spikes_at_sharp_corners_are_gone_round() {
+    let (away, long) = (0.1, 3.0);
+    for degrees in (20..=150).step_by(10) {
+        let turn = f64::from(degrees).to_radians();
+        let root = [1.7, -0.4];
+        let spike = [root[0] + long * turn.cos(), root[1] + long * turn.sin()];
+        let source = polyline(&[[0.7, -0.4], root, spike, root]);
+        // Within the angle the sides end where they meet the first leg's circle of that radius; outside the tip prolongs two of them.
+        let beside = away * (0.5 * turn).tan();
+        let whole = 1.0 + 2.0 * long + PI * away;
+        let [(sharp, parts), (round, _)] = lengths(&source, away);
+        assert!((sharp - whole - beside).abs() < 1e-5 && parts == 1, "{degrees}: {sharp} in {parts}");
+        assert!((round - whole + beside - away * turn).abs() < 1e-5, "{degrees}: {round}");
+        let [(inner, parts), _] = lengths(&source, -away);
+        assert!((inner - whole + 2.0 * beside).abs() < 1e-5 && parts == 1, "{degrees}: {inner} in {parts}");
+    }
+}
+
+/// A tip that comes to the other side of the curve at once is not there, and what ended there ends: nothing begins in its stead.
+#[test]
+fn tips_beyond_the_curve_are_left_out() {
+    let away = 0.1;
+    for degrees in [30.0_f64, 45.0, 60.0, 80.0, 100.0, 120.0] {
+        // Back half way along the spike, and across it: only the tip at the root is there, if it is no further than four distances.
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let source =
+            polyline(&[[-1.0, 0.0], [0.0, 0.0], [-cosine, sine], [-0.5 * cosine, 0.5 * sine], [2.0, 1.0]]);
+        let turn = (180.0 - degrees).to_radians();
+        let [(sharp, parts), (round, rounds)] = lengths(&source, away);
+        let more = away * (2.0 * (0.5 * turn).tan() - turn);
+        assert!((sharp - round - more).abs() < 1e-5, "{degrees}: {sharp}, {round}, {more}");
+        assert_eq!(parts, rounds, "{degrees}");
+    }
+    for degrees in [30.0_f64, 45.0] {
+        // A spike out of a corner, moved inwards: the tip is there as far as the corner is nearest.
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let spike = [-0.8 * cosine, 0.8 * sine];
+        let source = polygon(&[[-1.0, 0.0], [0.0, 0.0], spike, [0.0, 0.0], [1.0, -1.0], [-1.0, -2.0]]);
+        let [(sharp, parts), (round, rounds)] = lengths(&source, -away);
+        let left = (45.0 - degrees).to_radians();
+        let more = away * (left.tan() - left);
+        assert!((sharp - round - more).abs() < 1e-5 && parts == rounds, "{degrees}: {sharp}, {round}");
+    }
+    // A tip that comes by the curve's own start is cut round that, and not where it is nearest.
+    let away = 0.26;
+    let [start, corner, end] = [[-0.1, -0.9], [0.0, -1.0], [-2.1, -2.4]];
+    let source = polyline(&[start, [0.2, -1.6], corner, end]);
+    let unit = |p: Place, q: Place| {
+        let length = (q[0] - p[0]).hypot(q[1] - p[1]);
+        [(q[0] - p[0]) / length, (q[1] - p[1]) / length]
+    };
+    let (u, v) = (unit([0.2, -1.6], corner), unit(corner, end));
+    let turn = (u[0] * v[1] - u[1] * v[0]).atan2(u[0] * v[0] + u[1] * v[1]);
+    let side = away * (0.5 * turn).tan();
+    let tip = [corner[0] + u[1] * away + u[0] * side, corner[1] - u[0] * away + u[1] * side];
+    let foot = (start[0] - tip[0]) * v[0] + (start[1] - tip[1]) * v[1];
+    let height = (start[0] - tip[0]) * v[1] - (start[1] - tip[1]) * v[0];
+    let second = foot - (away * away - height * height).sqrt();
+    // Of the arc about the corner what is no nearer to the start: to where both circles meet.
+    let apart = (start[0] - corner[0]).hypot(start[1] - corner[1]);
+    let towards = (start[1] - corner[1]).atan2(start[0] - corner[0]);
+    let arc = towards - (-u[0]).atan2(u[1]) - (0.5 * apart / away).acos();
+    let [(sharp, parts), (round, rounds)] = lengths(&source, away);
+    let more = side + second - away * arc;
+    assert!((sharp - round - more).abs() < 1e-5, "{sharp}, {round}, {more}");
+    assert_eq!(parts, rounds);
 }

@@ -1,5 +1,5 @@
 //! Offsets of planar curves.
-#![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should panic")]
 
 use std::f64::consts::{PI, TAU};
 
@@ -627,6 +627,33 @@ fn straight_curves_that_turn_back_often_are_slots() {
     assert!(turned[2..].iter().sum::<usize>() > 60 && turned[4] > 5, "{turned:?}");
     // Where one side has more than the other they cannot be exchanged.
     assert!(uneven > 100, "{uneven}");
+}
+
+/// Where a straight curve turns is found in its shares from 0 to 1, however few digits of its parameters are left: between two knots so near that what
+/// is between them has some thousands of numbers.
+#[test]
+fn straight_curves_turn_back_whatever_their_parameters_are() {
+    let mut random = Sequence(23);
+    for degree in 2..=5_usize {
+        for case in 0..6 {
+            let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+            let points: Vec<Point> =
+                (0..degree + 3).map(|k| Point::new(sign(k) * (1.0 + random.next()), 0.0, 0.0)).collect();
+            let weights: Vec<f64> = (0..degree + 3).map(|_| 0.5 + random.next()).collect();
+            let weights = (case % 2 == 1).then_some(weights);
+            let at = 0.1 + 0.8 * random.next();
+            let up = OffsetOptions { normal: Some(Vector::z()), ..OffsetOptions::default() };
+            let long = |low: f64, wide: f64| {
+                let knots = [0.0, at, at + 1e-7, 1.0].map(|x| low + wide * x);
+                let space = Space::clamped(degree, &knots).unwrap();
+                let curve = Curve::build(space, points.clone(), weights.clone()).unwrap();
+                let found = offset(&curve, 0.1, &up);
+                length(&found.unwrap_or_else(|e| panic!("{degree}, {case}, {low}: {e}")).curves)
+            };
+            let (exact, far) = (long(0.0, 1.0), long(1000.0, 0.01));
+            assert!((far - exact).abs() < 1e-6, "{degree}, {case}: {far} for {exact}");
+        }
+    }
 }
 
 /// With sharp corners more is taken away than circles say: of a U 2 wide nothing is left beyond 1, and just there is.

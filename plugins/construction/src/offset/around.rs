@@ -13,6 +13,22 @@ pub(super) struct Around {
     boxes: Vec<(Point, Point)>,
 }
 
+/// What is this part of its distance ahead of an end is not beside it.
+const AHEAD: f64 = 1e-9;
+
+/// A way of the curve through a place.
+struct Way {
+    /// To which it is moved, as seen from the first to the last of its pieces together.
+    side: Vector,
+    /// The first and the last of its pieces.
+    pieces: [usize; 2],
+    /// Their directions there.
+    tangents: [Vector; 2],
+    /// Whether the first one starts there, and the last one ends.
+    starts: bool,
+    ends: bool,
+}
+
 /// Halvings of a piece that turns.
 const HALVINGS: usize = 8;
 
@@ -76,24 +92,53 @@ impl Around {
         Ok(best)
     }
 
-    /// Whether a point off the curve lies on the side to which it is moved: as seen from its nearest place, and at a corner from both pieces there.
+    /// Whether a point off the curve lies on the side to which it is moved, as seen from its nearest place: at a corner from both pieces there, and where the curve comes
+    /// to that place several times, as at the root of a spike, on one of its ways through at least. What lies ahead of an end has no side.
     pub(super) fn beside(&self, job: &Job<'_>, point: &Point) -> Result<bool> {
         let Some((distance, foot)) = self.nearest(point, [usize::MAX; 2], f64::INFINITY)? else {
             return Ok(true);
         };
         let same = 1e-11 * job.size;
-        let mut side = Vector::zeros();
-        for (piece, (low, high)) in self.pieces.iter().zip(&self.boxes) {
+        let mut ways: Vec<Way> = Vec::new();
+        for (k, (piece, (low, high))) in self.pieces.iter().zip(&self.boxes).enumerate() {
             if (foot.sup(low).inf(high) - foot).norm() > same {
                 continue;
             }
             let found = piece.closest(*point)?;
-            if found.distance <= distance + same && (found.point - foot).norm() <= same {
-                let (_, _, tangent, _) = direction(piece, found.at)?;
-                side += tangent.cross(&job.plane.normal) * job.distance;
+            if found.distance > distance + same || (found.point - foot).norm() > same {
+                continue;
+            }
+            let (_, _, tangent, _) = direction(piece, found.at)?;
+            let side = tangent.cross(&job.plane.normal) * job.distance;
+            let (a, b) = piece.domain();
+            let [starts, ends] = [piece.point(a)?, piece.point(b)?].map(|end| (end - foot).norm() <= same);
+            match ways.last_mut() {
+                Some(way) if starts && way.ends && way.pieces[1] + 1 == k => {
+                    way.side += side;
+                    way.pieces[1] = k;
+                    way.tangents[1] = tangent;
+                    way.ends = ends;
+                }
+                _ => ways.push(Way { side, pieces: [k; 2], tangents: [tangent; 2], starts, ends }),
             }
         }
-        Ok(side.dot(&(point - foot)) >= 0.0)
+        // The last piece of a closed curve goes on in the first.
+        if let [first, .., last] = &mut ways[..] {
+            let seam = first.starts && first.pieces[0] == 0;
+            if job.plane.closed && seam && last.ends && last.pieces[1] + 1 == self.pieces.len() {
+                first.side += last.side;
+                first.starts = last.starts;
+                first.tangents[0] = last.tangents[0];
+                ways.pop();
+            }
+        }
+        let arm = point - foot;
+        let ahead = AHEAD * distance;
+        Ok(ways.iter().any(|way| {
+            way.side.dot(&arm) >= 0.0
+                || way.starts && way.tangents[0].dot(&arm) < -ahead
+                || way.ends && way.tangents[1].dot(&arm) > ahead
+        }))
     }
 
     /// The distance of a point from the curve.

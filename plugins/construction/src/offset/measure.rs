@@ -1,5 +1,6 @@
 //! How far an offset is from where it should be, measured on what is handed out.
 
+use loftsman_kernel::Point;
 use loftsman_kernel::error::Result;
 
 use super::chain::Chain;
@@ -9,6 +10,8 @@ use super::{Corners, Job};
 
 /// Places of a span, and of a part that is kept.
 const PLACES: usize = 8;
+/// So many tolerances from where a part ends it is asked why.
+const FURTHER: f64 = 10.0;
 
 /// Whether everything that ends should end there. The offset of a piece is cut where another piece comes as near as the distance: where it
 /// comes so on the side that is offset, its own offset begins there, and what is put together goes on. (On the other side, as where the curve
@@ -25,13 +28,12 @@ pub(super) fn complete(job: &Job<'_>, elements: &[Element], tips: &Tips, chains:
             let end = chain.curve.point(t)?;
             let own = part.map_or([usize::MAX; 2], |(interval, _)| elements[interval.element].own());
             // The ends of an open curve are ends of its offset.
-            let near =
-                |p: &loftsman_kernel::Point| (p - end).norm() <= job.distance.abs() + 10.0 * job.tolerance;
+            let near = |p: &Point| (p - end).norm() <= job.distance.abs() + 10.0 * job.tolerance;
             if !job.plane.closed && own_ends.iter().any(near) {
                 continue;
             }
-            // What ends at the tip of a corner goes on along its sides.
-            if tips.touch(&end, job.tolerance) {
+            // What ends at the tip of a corner goes on along its sides, unless they come to the other side of the curve there.
+            if tips.touch(&end, job.tolerance) && !crosses_over(job, elements, &end)? {
                 return Ok(false);
             }
             let reach = job.distance.abs() + job.tolerance;
@@ -50,6 +52,34 @@ pub(super) fn complete(job: &Job<'_>, elements: &[Element], tips: &Tips, chains:
         }
     }
     Ok(true)
+}
+
+/// Whether a side of a tip that a place is on lies beyond the curve a little further on, as far away as asked for.
+fn crosses_over(job: &Job<'_>, elements: &[Element], end: &Point) -> Result<bool> {
+    let enough = job.distance.abs() - job.tolerance;
+    for element in elements {
+        let Element::Side { from, to, .. } = element else { continue };
+        let way = to - from;
+        let length = way.norm();
+        let at = (end - from).dot(&way) / length;
+        if (from + way * (at / length) - end).norm() > job.tolerance
+            || at < -job.tolerance
+            || at > length + job.tolerance
+        {
+            continue;
+        }
+        let further = (FURTHER * job.tolerance).min(0.25 * length);
+        for beside in [at - further, at + further] {
+            if !(0.0..=length).contains(&beside) {
+                continue;
+            }
+            let point = from + way * (beside / length);
+            if job.around.distance(&point)? >= enough && !job.around.beside(job, &point)? {
+                return Ok(true);
+            }
+        }
+    }
+    Ok(false)
 }
 
 /// The largest difference between the distance of a place of the offset from the curve and the one asked for, and the largest distance of

@@ -93,22 +93,38 @@ fn turns(job: &Job<'_>, origin: &Point, along: &Vector) -> Result<Vec<f64>> {
         }
     };
     for segment in job.curve.bezier_segments()? {
-        let mut open = vec![(segment, 0)];
+        // Halved in its own share from 0 to 1: the curve's parameters may be known to few digits.
+        let weight = |k: usize| segment.weights().map_or(1.0, |weights| weights[k]);
+        let whole: Vec<[f64; 2]> =
+            segment.points().iter().enumerate().map(|(k, p)| [place(p) * weight(k), weight(k)]).collect();
+        let mut open = vec![(whole, 0)];
         while let Some((piece, depth)) = open.pop() {
-            let places: Vec<f64> = piece.points().iter().map(place).collect();
+            let places: Vec<f64> = piece.iter().map(|[x, w]| x / w).collect();
             let ordered = places.windows(2).all(|w| w[1] >= w[0]) || places.windows(2).all(|w| w[1] <= w[0]);
-            let (a, b) = piece.domain();
-            let middle = 0.5 * a + 0.5 * b;
             let low = places.iter().copied().fold(f64::INFINITY, f64::min);
             let high = places.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            if ordered || high - low <= POINT * job.size || depth >= HALVINGS || !(a < middle && middle < b) {
+            if ordered || high - low <= POINT * job.size || depth >= HALVINGS {
                 go(places[places.len() - 1]);
                 continue;
             }
-            open.extend(piece.split(middle)?.into_iter().rev().map(|half| (half, depth + 1)));
+            let [first, second] = halves(piece);
+            open.extend([second, first].map(|half| (half, depth + 1)));
         }
     }
     Ok(path)
+}
+
+/// A Bézier piece, cut in the middle (P. de Casteljau).
+fn halves(mut piece: Vec<[f64; 2]>) -> [Vec<[f64; 2]>; 2] {
+    let mut first = Vec::with_capacity(piece.len());
+    for end in (0..piece.len()).rev() {
+        first.push(piece[0]);
+        for k in 0..end {
+            let (a, b) = (piece[k], piece[k + 1]);
+            piece[k] = [0.5 * a[0] + 0.5 * b[0], 0.5 * a[1] + 0.5 * b[1]];
+        }
+    }
+    [first, piece]
 }
 
 /// What the passes cover that go up the line, for `way` 1, or down, for -1; ascending.
