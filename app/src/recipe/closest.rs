@@ -270,7 +270,7 @@ fn along(line: &Polyline, point: Point) -> Result<Found> {
     let (mut length, mut best) = (0.0, (f64::INFINITY, 0.0));
     for (a, b) in ends.chain(closing) {
         let (chord, size) = (b - a, between(a, b));
-        if !(size > 0.0) {
+        if size.is_nan() || size <= 0.0 {
             continue;
         }
         let share = ((point - a) / size).dot(&(chord / size)).clamp(0.0, 1.0);

@@ -126,11 +126,16 @@ fn superscript(c: char) -> char {
 
 /// A text of a size in lines of a width, at most three; what is too long for them is in the last.
 pub(crate) fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
+    wrapped_in(text, size, width, 3)
+}
+
+/// The same in as many lines as are said at most.
+pub(crate) fn wrapped_in(text: &str, size: f64, width: f64, most: usize) -> Vec<String> {
     let fit =
         |line: &str, word: &str| (self::width(line) + self::width(" ") + self::width(word)) * size <= width;
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
-        let full = lines.len() == 3;
+        let full = lines.len() == most;
         match lines.last_mut() {
             Some(line) if full || fit(line, word) => {
                 line.push(' ');

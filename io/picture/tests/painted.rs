@@ -211,15 +211,33 @@ fn panels_of_one_scene_show_what_each_says_with_one_scale_a_kind() {
 #[test]
 fn a_scale_tells_the_largest_value_beyond_its_ends() {
     let bump = |x: f64, y: f64| if x.abs() < 0.06 && y.abs() < 0.06 { 0.5 } else { 0.01 };
-    let (before, after) = (scene(graph(3.0, |_, _| 0.0)), scene(graph(3.0, bump)));
-    let said = texts(&Picture::of(&after).before(&before).draw_before(false).faces(Faces::Deviation));
-    let told = |prefix: &str| said.iter().find_map(|text| text.strip_prefix(prefix)).unwrap();
-    let most: f64 = told("distance from before in mm, the largest ").parse().unwrap();
-    let end: f64 = told("≥ ").parse().unwrap();
-    assert!(most > 1.05 * end && most <= 1.5, "{said:?}");
+    let bent = scene(graph(3.0, bump));
+    let curvature = Faces::Curvature(Curvature::Maximum);
+    let said = texts(&Picture::of(&bent).faces(curvature));
+    let told = |prefix: &str| said.iter().find(|text| text.starts_with(prefix)).cloned().unwrap();
+    let title = told("larger principal curvature in 1/mm, the least −");
+    let [most, end] =
+        [title.clone(), told("≥ ")].map(|text| text.rsplit(' ').next().unwrap().parse::<f64>().unwrap());
+    assert!(title.contains(", the largest ") && most > 1.05 * end, "{said:?}");
     // On a narrow page it goes on in the next line, and nothing of it is lost.
-    let (before, after) = (scene(graph(3.0, |_, _| 0.0)), scene(graph(3.0, bump)));
-    let narrow = Picture::of(&after).before(&before).draw_before(false).faces(Faces::Deviation).width(100.0);
-    let said = texts(&narrow).join(" ");
-    assert!(said.contains(&format!("distance from before in mm, the largest {most}")), "{said}");
+    let said = texts(&Picture::of(&bent).faces(curvature).width(100.0)).join(" ");
+    assert!(said.contains(&title), "{said}");
+}
+
+/// A map of distances ends where the furthest is, however small the part is that has moved: nothing of it is cut off, and what has not moved is white.
+#[test]
+fn a_map_of_distances_ends_at_the_furthest() {
+    for half in [0.06, 0.3] {
+        let bump = |x: f64, y: f64| if x.abs() < half && y.abs() < half { 0.5 } else { 1e-15 * x };
+        let (before, after) = (scene(graph(3.0, |_, _| 0.0)), scene(graph(3.0, bump)));
+        let said = texts(&Picture::of(&after).before(&before).draw_before(false).faces(Faces::Deviation));
+        assert!(said.iter().all(|text| !text.starts_with(['≤', '≥'])), "{said:?}");
+        let most: Vec<f64> = said.iter().filter_map(|text| text.parse().ok()).filter(|x| *x > 0.0).collect();
+        assert!(most.len() == 1 && (0.5..=1.6).contains(&most[0]), "{half}: {said:?}");
+        let (_, pixels) =
+            pixels(&Picture::of(&after).before(&before).draw_before(false).faces(Faces::Deviation));
+        let coloured = |[r, g, b]: &&[u8; 3]| r.abs_diff(*b) > 60 || g.abs_diff(*b) > 60;
+        let share = pixels.iter().filter(coloured).count() as f64 / pixels.len() as f64;
+        assert!(share > 1e-3 && share < 3.0 * (2.0 * half + 0.2).powi(2), "{half}: {share}");
+    }
 }

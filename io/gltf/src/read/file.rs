@@ -17,6 +17,14 @@ pub(super) struct File<'a> {
     pub(super) budget: Budget,
 }
 
+impl File<'_> {
+    /// Whether it is as our writer wrote it: other programs that pass on what we noted put their own name there.
+    pub(super) fn is_ours(&self) -> bool {
+        let generator = self.root.asset.as_ref().and_then(|asset| asset.generator);
+        generator.is_some_and(|name| name.get().starts_with("\"Loftsman "))
+    }
+}
+
 /// How much memory a scene may take: a multiple of what the file brings, so that a few bytes that ask for billions
 /// of vertices, or thousands of nodes that each ask for all of them, are refused before they are allocated.
 pub(super) struct Budget {

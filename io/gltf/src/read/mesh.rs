@@ -234,7 +234,11 @@ impl Builder {
         let base = first as u32;
         match mode {
             0 => {}
-            1..=3 => self.lines(&sequence, mode, base, single && layers.is_empty()),
+            1..=3 => {
+                // A list of lines in a file of ours is a mesh of lines: polylines are strips there.
+                let chains = mode != 1 || !file.is_ours();
+                self.lines(&sequence, mode, base, single && layers.is_empty() && chains);
+            }
             _ => {
                 let slot = self.slot(primitive.material.map(schema::Whole::index));
                 self.faces(&sequence, mode, base);

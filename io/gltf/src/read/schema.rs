@@ -110,6 +110,8 @@ pub(super) struct Asset<'a> {
     pub(super) min_version: Option<String>,
     pub(super) copyright: Option<String>,
     #[serde(borrow)]
+    pub(super) generator: Option<Raw<'a>>,
+    #[serde(borrow)]
     pub(super) extras: Option<Raw<'a>>,
 }
 

@@ -55,7 +55,8 @@ pub(crate) fn draw(caption: &Caption, facts: &Facts<'_>) -> (String, f64) {
     let (start, end) = (margin + room, width - margin);
     let (mut x, mut y) = (start, top + 1.5);
     for scale in &caption.scales {
-        for (i, line) in text::wrapped(&scale.title(), SIZE, end - x).iter().enumerate() {
+        // Numbers are not cut.
+        for (i, line) in text::wrapped_in(&scale.title(), SIZE, end - x, 6).iter().enumerate() {
             y += if i > 0 { 0.85 * ROW } else { 0.0 };
             out.push_str(&words_at(&text::fitting(line, SIZE, end - x), x, y + 0.35 * SIZE, theme.ink()));
         }

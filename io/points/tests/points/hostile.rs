@@ -22,7 +22,7 @@ fn errors_name_the_line_and_what_to_do() {
         ("1\n2\n", &["line 2", "one number"]),
         ("1 2\n1 2 3\n", &["line 2", "3 columns", "the rows before have 2"]),
         ("1,2,3\n1,,3\n", &["line 2", "a column is empty"]),
-        ("1 2\nend\n3 4\n", &["line 2", "\"end\" is not a number", "before the first row"]),
+        ("1 2\nend\n3 4\n", &["line 2", "\"end\" is not a number", "before and below the rows"]),
         ("1 2\n3 4\nend\n5 6\nend\n", &["line 3", "\"end\" is not a number"]),
         ("1 2\n3 x\n5 6\n", &["line 2", "\"x\" is not a number"]),
         ("a\n17. 17.\n\n0 0\n1 0\n0.5 0\n0 0\n1 0\n", &["line 2", "17 and 17", "5 follow"]),

@@ -254,15 +254,18 @@ fn outcome<T>(made: Result<T, Stop>, kept: impl FnOnce(T) -> Outcome) -> Result<
     }
 }
 
-/// The part of a range in which a curve is defined, where the range goes further: some exporters write the range of all the knots of the file for
-/// the curve's, also where an end is not clamped. `None` where there is nothing to clip, or
+/// The part of a range in which a curve is defined, where the range ends between the knots of an end that is not clamped:
+/// so some exporters write the range of all the knots of the file for the curve's. `None` where there is nothing to clip, or
 /// nothing would be left.
 fn clipped(space: &Space, all: Option<&[f64]>, (from, to): (f64, f64)) -> Option<(f64, f64)> {
     let (a, b) = space.domain();
     let slack = SLACK * (b - a);
+    let all = all?;
+    let (first, last) = (all.first()?, all.last()?);
     let beyond = from < a - slack || to > b + slack;
+    let among = from >= first - slack && to <= last + slack;
     let part = (from.max(a), to.min(b));
-    (all.is_some() && beyond && part.0 < part.1).then_some(part)
+    (beyond && among && part.0 < part.1).then_some(part)
 }
 
 /// Whether a range is the whole domain.
