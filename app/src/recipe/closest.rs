@@ -3,11 +3,13 @@
 
 use loftsman_kernel::error::Figure;
 use loftsman_kernel::mesh::Polyline;
-use loftsman_kernel::plugin::{Field, ParameterError, Parameters, editable, object_name};
+use loftsman_kernel::plugin::{Field, Operation, ParameterError, Parameters};
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::{Cell, Derivative, Location, Shape};
 use loftsman_kernel::{Point, Result};
 use serde_json::{Map, Value, json};
+
+use super::deviation::distance;
 
 /// The field of the table.
 const CLOSEST: &str = "closest";
@@ -32,17 +34,18 @@ const CELLS: usize = 20_000;
 const AS_NEAR: f64 = 1e-7;
 
 /// The fields of a step with each place that is pointed at found on the shape as it is now, and a note on each for the report;
-/// `declared` are those that its operation takes. `O(fields)` and a search for each place.
+/// the operation declares which of them hold places, and on what. `O(fields)` and a search for each place.
 ///
 /// # Errors
 /// When the table is no `{ closest = [x, y, z] }`, or its object is no shape with parameters.
 pub(super) fn resolve(
     scene: &Scene,
     parameters: &Parameters,
-    declared: &[Field],
+    operation: &dyn Operation,
     notes: &mut Vec<String>,
 ) -> std::result::Result<Parameters, ParameterError> {
-    let mut resolving = Resolving { scene, step: parameters, declared, notes };
+    let declared = operation.declaration().fields;
+    let mut resolving = Resolving { scene, step: parameters, operation, declared, notes };
     let mut map = parameters.clone().into_map();
     resolving.table(&mut map, "", None)?;
     Parameters::new(Value::Object(map), parameters.path())
@@ -51,7 +54,8 @@ pub(super) fn resolve(
 struct Resolving<'a> {
     scene: &'a Scene,
     step: &'a Parameters,
-    declared: &'a [Field],
+    operation: &'a dyn Operation,
+    declared: &'static [Field],
     notes: &'a mut Vec<String>,
 }
 
@@ -157,17 +161,11 @@ impl Resolving<'_> {
     ) -> std::result::Result<Value, ParameterError> {
         let name = match object {
             Some(name) => name.to_owned(),
-            None => {
-                // A fit takes points, where there is nothing else that has places.
-                let fits = editable(self.scene);
-                let any = self.scene.objects().iter().any(|object| fits(object.geometry()));
-                let fits = |g: &Geometry| fits(g) || !any && matches!(g, Geometry::Polyline(_));
-                object_name(self.scene, self.step, fits, "curve or surface")?
-            }
+            None => self.operation.object(self.scene, self.step)?,
         };
         let fail = |e: loftsman_kernel::Error| table.error("", e.to_string());
         let geometry = self.scene.object(&name).map_err(fail)?.geometry();
-        let Found { at, distance, others } = nearest(geometry, point).map_err(|e| {
+        let Found { at, distance: away, others } = nearest(geometry, point).map_err(|e| {
             let problem =
                 format!("the closest place of \"{name}\" was asked for, but {e}; give its parameters");
             table.error("", problem)
@@ -180,10 +178,10 @@ impl Resolving<'_> {
         let mut note = format!("{path} = {told} on \"{name}\": the nearest place to ({x}, {y}, {z}), ");
         // The distance itself is only as good as the numbers that it is a difference of.
         let size = geometry.points().iter().fold(point.coords.amax(), |most, p| most.max(p.coords.amax()));
-        note += &if distance <= 16.0 * f64::EPSILON * size {
+        note += &if away <= 16.0 * f64::EPSILON * size {
             "which it passes through".to_owned()
         } else {
-            format!("{} away", self.scene.unit.quantity(distance, 1))
+            format!("{} away", self.scene.unit.quantity(away, 1))
         };
         // What slides or floats starts near: where that is farther than all of the shape is large, the point was meant for something else.
         let points = geometry.points();
@@ -193,10 +191,10 @@ impl Resolving<'_> {
         });
         let extent = extent.fold(0.0, f64::max);
         let field = path.rsplit('.').next().unwrap_or(path).split('[').next().unwrap_or(path);
-        if STARTS.contains(&field) && distance > extent {
+        if STARTS.contains(&field) && away > extent {
             let problem = format!(
                 "the nearest place of \"{name}\" is {} away from ({x}, {y}, {z}), farther than all of it is large ({}): give a point near to it, or a parameter",
-                self.scene.unit.quantity(distance, 1),
+                self.scene.unit.quantity(away, 1),
                 self.scene.unit.quantity(extent, 1)
             );
             return Err(table.error(CLOSEST, problem));
@@ -253,7 +251,7 @@ fn nearest(geometry: &Geometry, point: Point) -> Result<Found> {
     let mut others: Vec<(Location, Point)> = Vec::new();
     for candidate in near.iter().take_while(|c| c.distance <= best.1 + AS_NEAR * size) {
         let apart = |at: Location, p: Point| {
-            between(&candidate.point, &p) > 1e3 * AS_NEAR * size || crossing(shape, candidate.at, at)
+            distance(&candidate.point, &p) > 1e3 * AS_NEAR * size || crossing(shape, candidate.at, at)
         };
         if apart(best.0, place.into()) && others.iter().all(|(at, p)| apart(*at, *p)) {
             others.push((candidate.at, candidate.point));
@@ -269,14 +267,14 @@ fn along(line: &Polyline, point: Point) -> Result<Found> {
     let closing = line.points.last().zip(line.points.first()).filter(|_| line.closed);
     let (mut length, mut best) = (0.0, (f64::INFINITY, 0.0));
     for (a, b) in ends.chain(closing) {
-        let (chord, size) = (b - a, between(a, b));
+        let (chord, size) = (b - a, distance(a, b));
         if size.is_nan() || size <= 0.0 {
             continue;
         }
         let share = ((point - a) / size).dot(&(chord / size)).clamp(0.0, 1.0);
-        let distance = between(&(a + chord * share), &point);
-        if distance < best.0 {
-            best = (distance, length + share * size);
+        let off = distance(&(a + chord * share), &point);
+        if off < best.0 {
+            best = (off, length + share * size);
         }
         length += size;
     }
@@ -311,12 +309,6 @@ fn shortened(shape: &dyn Shape, at: Location) -> Location {
         Location::Face(face, u, v) => Location::Face(face, short(u, 0), short(v, 1)),
         vertex @ Location::Vertex(_) => vertex,
     }
-}
-
-/// A distance whose squares neither overflow nor vanish.
-fn between(p: &Point, q: &Point) -> f64 {
-    let d = q - p;
-    d.x.hypot(d.y).hypot(d.z)
 }
 
 fn of_surface(surface: &loftsman_kernel::spline::Surface, point: Point) -> Result<(Location, f64)> {
@@ -362,7 +354,7 @@ fn valleys(shape: &dyn Shape, cell: &Cell, point: Point, all: &mut Vec<Candidate
     let share = |k: usize, of: usize| if of == 1 { 0.0 } else { k as f64 / (of - 1) as f64 };
     let look = |shares: [f64; 2]| -> Result<(Point, f64)> {
         let at = Point::from(shape.value(cell.at(shares), Derivative::POSITION)?);
-        Ok((at, between(&at, &point)))
+        Ok((at, distance(&at, &point)))
     };
     let mut grid = Vec::with_capacity(rows * columns);
     for i in 0..rows {
@@ -429,182 +421,4 @@ fn value_of(at: Location) -> Value {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use loftsman_kernel::scene::Object;
-    use loftsman_kernel::spline::{Curve, Space};
-
-    fn scene() -> Scene {
-        let mut scene = Scene::new();
-        let arch = |y: f64| {
-            let points =
-                [(-1.0, 0.0), (-1.0, y), (1.0, y), (1.0, 0.0)].map(|(x, y)| Point::new(x, y, 0.0)).to_vec();
-            Curve::new(Space::clamped_uniform(3, 4).unwrap(), points).unwrap()
-        };
-        scene.add(Object::new("arch", arch(2.0).into())).unwrap();
-        scene.add(Object::new("low", arch(-1.0).into())).unwrap();
-        scene
-    }
-
-    const DECLARED: &[Field] = &[
-        Field::optional("at", "number, or { closest = [x, y, z] }", "", ""),
-        Field::optional("u", "number, { closest = [x, y, z] }, or a list", "", ""),
-        Field::optional("v", "number, { closest = [x, y, z] }, or a list", "", ""),
-        Field::optional("within", "[from, to], each a number or { closest = [x, y, z] }", "", ""),
-        Field::optional("knots", "[number or { closest = [x, y, z] }, …]", "", ""),
-        Field::optional(
-            "range",
-            "[[from, to], [from, to]], each a number or { closest = [x, y, z] }",
-            "",
-            "",
-        ),
-    ];
-
-    fn resolved(step: Value) -> std::result::Result<(Value, Vec<String>), String> {
-        let mut notes = Vec::new();
-        let fields = Parameters::new(step, "step[0]").unwrap();
-        let found = resolve(&scene(), &fields, DECLARED, &mut notes).map_err(|e| e.to_string())?;
-        Ok((Value::Object(found.into_map()), notes))
-    }
-
-    #[test]
-    fn a_place_is_found_on_the_object_that_its_table_names() {
-        let step = json!({ "object": "arch", "constraints": [
-            { "at": { "closest": [0, 9, 0] }, "to": { "closest": [0, 0, 0] } },
-            { "at": 0.25, "with": { "object": "low", "at": { "closest": [-1, 0.1, 0] } } },
-            { "near": [{ "closest": [1, -1, 0] }, 0.5] },
-        ] });
-        let (found, notes) = resolved(step).unwrap();
-        let constraints = &found["constraints"];
-        assert_eq!(constraints[0]["at"], json!(0.5));
-        // What is no location is left for the operation to refuse.
-        assert_eq!(constraints[0]["to"], json!({ "closest": [0, 0, 0] }));
-        assert_eq!((&constraints[1]["at"], &constraints[1]["with"]["at"]), (&json!(0.25), &json!(0.0)));
-        assert_eq!(constraints[2]["near"], json!([1.0, 0.5]));
-        assert_eq!(notes.len(), 3, "{notes:?}");
-        assert!(notes[1].contains("constraints[1].with.at = 0 on \"low\""), "{notes:?}");
-        assert!(notes.iter().all(|note| !note.contains("as near")), "{notes:?}");
-    }
-
-    /// What slides starts near its shape: a point farther off than that is large is a mistake, told with the distance; of other places the nearest is meant wherever the point is.
-    #[test]
-    fn what_starts_near_is_not_far_off() {
-        for (x, y, far) in [(0.0, 2.9, false), (50.0, 1.0, true), (1e9, 0.0, true)] {
-            for field in ["near", "other_near", "at"] {
-                let mut constraint = json!({ "kind": "tied" });
-                constraint[field] = json!({ "closest": [x, y, 0] });
-                let found = resolved(json!({ "object": "arch", "constraints": [constraint] }));
-                assert_eq!(found.is_err(), far && field != "at", "{field} {x}: {found:?}");
-                if let Err(message) = found {
-                    let told = [
-                        if x < 100.0 { "49" } else { "999999999" },
-                        " away from (",
-                        "farther than all of it is large (2 ",
-                    ];
-                    assert!(told.iter().all(|told| message.contains(told)), "{message}");
-                }
-            }
-        }
-    }
-
-    /// Where the operation's declaration takes a coordinate or something else, what is pointed at is left for it to refuse.
-    #[test]
-    fn what_is_declared_otherwise_is_no_location() {
-        let step = json!({ "object": "arch", "range": [{ "closest": [0.5, 0, 0] }, 1] });
-        let fields = Parameters::new(step.clone(), "step[0]").unwrap();
-        let curvatures = [Field::optional("range", "[low, high]", "", "")];
-        let mut notes = Vec::new();
-        let found = Value::Object(resolve(&scene(), &fields, &curvatures, &mut notes).unwrap().into_map());
-        assert_eq!((&found, notes.len()), (&step, 0));
-        // In the tables of a step names say what is a location.
-        let step =
-            json!({ "object": "arch", "constraints": [{ "axis": "x", "at": { "closest": [0, 9, 0] } }] });
-        assert_eq!(resolved(step).unwrap().0["constraints"][0]["at"], json!(0.5));
-    }
-
-    #[test]
-    fn intervals_and_knots_may_be_pointed_at() {
-        let step = json!({ "object": "arch", "within": [{ "closest": [-1, 0.1, 0] }, { "closest": [0, 9, 0] }],
-            "knots": [{ "closest": [0, 9, 0] }, 0.75] });
-        let (found, notes) = resolved(step).unwrap();
-        assert_eq!((&found["within"][1], &found["knots"]), (&json!(0.5), &json!([0.5, 0.75])), "{notes:?}");
-        assert!(notes[1].starts_with("within[1] = 0.5 on \"arch\""), "{notes:?}");
-    }
-
-    /// Of a surface the location is both parameters, along a direction one.
-    #[test]
-    fn a_place_of_a_surface_has_two_parameters_or_one() {
-        let mut scene = Scene::new();
-        let points = (0..16).map(|k| Point::new((k / 4) as f64, (k % 4) as f64, 0.0)).collect();
-        let space = || Space::clamped_uniform(3, 4).unwrap();
-        let sheet = loftsman_kernel::spline::Surface::new(space(), space(), points).unwrap();
-        scene.add(Object::new("sheet", sheet.into())).unwrap();
-        let at = json!({ "closest": [0.75, 2.25, 5] });
-        for (step, wanted) in [
-            (json!({ "at": at }), json!([0.25, 0.75])),
-            (json!({ "at": at, "direction": "u" }), json!(0.25)),
-            (json!({ "at": at, "direction": "v" }), json!(0.75)),
-            (json!({ "range": [[0, at], [at, 1]] }), json!([[0, 0.25], [0.75, 1]])),
-            // An isocurve's own field is one parameter.
-            (json!({ "u": at }), json!(0.25)),
-            (json!({ "v": [at], "direction": "u" }), json!([0.75])),
-        ] {
-            let mut notes = Vec::new();
-            let fields = Parameters::new(step, "step[0]").unwrap();
-            let found = resolve(&scene, &fields, DECLARED, &mut notes).unwrap();
-            let place = found.names().next().unwrap().to_owned();
-            assert_eq!(found.value(&place), Some(&wanted), "{notes:?}");
-            let told = format!("(0.75, 2.25, 5), {} away", scene.unit.quantity(5.0, 1));
-            assert!(notes[0].ends_with(&told), "{notes:?}");
-        }
-    }
-
-    /// Of points that are to be fitted: by the length of their polygon.
-    #[test]
-    fn a_place_among_points_is_one_along_their_polygon() {
-        let points = [[0.0, 0.0], [3.0, 0.0], [3.0, 0.0], [3.0, 4.0]].map(|[x, y]| Point::new(x, y, 0.0));
-        for (closed, length) in [(false, 7.0), (true, 12.0)] {
-            let mut scene = Scene::new();
-            let line = Polyline { points: points.to_vec(), closed };
-            scene.add(Object::new("p", line.into())).unwrap();
-            for (place, so_far, away) in
-                [([3.5, 1.0], 4.0, 0.5), ([1.0, -2.0], 1.0, 2.0), ([9.0, 4.0], 7.0, 6.0)]
-            {
-                let mut notes = Vec::new();
-                let step = json!({ "constraints": [{ "at": { "closest": [place[0], place[1], 0] } }] });
-                let fields = Parameters::new(step, "step[0]").unwrap();
-                let found = Value::Object(resolve(&scene, &fields, DECLARED, &mut notes).unwrap().into_map());
-                let at = found["constraints"][0]["at"].as_f64().unwrap();
-                assert!((at - so_far / length).abs() < 1e-9, "{at} {notes:?}");
-                assert!(notes[0].contains(&scene.unit.quantity(away, 1)), "{notes:?}");
-            }
-        }
-        let mut scene = Scene::new();
-        let still = Polyline { points: vec![Point::origin(); 3], closed: false };
-        scene.add(Object::new("p", still.into())).unwrap();
-        let step = json!({ "at": { "closest": [0, 0, 0] } });
-        let fields = Parameters::new(step, "step[0]").unwrap();
-        let refused = resolve(&scene, &fields, DECLARED, &mut Vec::new()).unwrap_err().to_string();
-        assert!(refused.contains("no length"), "{refused}");
-    }
-
-    #[test]
-    fn places_as_near_are_told() {
-        let (found, notes) = resolved(json!({ "object": "arch", "at": { "closest": [0, 0.2, 0] } })).unwrap();
-        assert!(found["at"].is_number() && notes[0].contains("as near"), "{found} {notes:?}");
-    }
-
-    #[test]
-    fn what_is_no_place_says_why() {
-        for (at, object, words) in [
-            (json!({ "closest": [1, 2] }), "arch", "step[0].at.closest: [1,2] where [x, y, z] is needed"),
-            (json!({ "closest": [1, 2, 3], "u": 1 }), "arch", "step[0].at: \"u\" stands beside closest"),
-            (json!({ "closest": [1, 2, 3] }), "arc", "arc"),
-        ] {
-            let error = resolved(json!({ "object": object, "at": at })).unwrap_err();
-            assert!(error.contains(words), "{error}");
-        }
-        let error = resolved(json!({ "at": { "closest": [1, 2, 3] } })).unwrap_err();
-        assert!(error.contains("say which object it is about"), "{error}");
-    }
-}
+mod tests;

@@ -280,8 +280,8 @@ impl<'a> Runner<'a> {
             let before = Beforehand::of(&applied.scene);
             let geometry = changes::Before::of(&applied.scene);
             let declared = operation.declaration().fields;
-            let pointed =
-                closest::resolve(&applied.scene, parameters, declared, &mut notes).map_err(locate)?;
+            let pointed = closest::resolve(&applied.scene, parameters, operation.as_ref(), &mut notes)
+                .map_err(locate)?;
             let place = |file: &str| recipe.resolve(file).display().to_string();
             let pointed = merge::relative(pointed, declared, place).map_err(locate)?;
             let mut report = operation

@@ -3,6 +3,7 @@
 use super::change::ObjectChange;
 use super::mark::Mark;
 use super::registry::Registry;
+use super::step::{editable, object_name};
 use crate::declare::{Declaration, ParameterError, Parameters, Table};
 use crate::edit::EditError;
 use crate::error::Error;
@@ -209,6 +210,15 @@ pub trait Operation: Send + Sync {
     /// What the tables take that its fields list, where that is more than what every constraint takes: for help, and for checks.
     fn tables(&self) -> &'static [Table] {
         &[]
+    }
+
+    /// The object that it works on: the one that is named, or the only one that it can be. Places that a step points at are looked for on it. By default a curve, a
+    /// surface or a shape of a plug-in.
+    ///
+    /// # Errors
+    /// When there is none, or several.
+    fn object(&self, scene: &Scene, parameters: &Parameters) -> Result<String, ParameterError> {
+        object_name(scene, parameters, editable(scene), "curve or surface")
     }
 
     /// Does it. The scene is left as it was where this fails.

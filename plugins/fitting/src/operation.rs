@@ -130,6 +130,16 @@ impl Operation for FitPoints {
         DECLARATION
     }
 
+    fn object(&self, scene: &Scene, parameters: &Parameters) -> Result<String, ParameterError> {
+        let lines = scene.objects().iter().any(|o| matches!(o.geometry(), Geometry::Polyline(_)));
+        let fits = |g: &Geometry| match g {
+            Geometry::Polyline(_) => true,
+            Geometry::Cloud(_) | Geometry::Mesh(_) => !lines,
+            _ => false,
+        };
+        object_name(scene, parameters, fits, "polyline, cloud or mesh")
+    }
+
     fn apply(
         &self,
         scene: &mut Scene,
@@ -137,13 +147,7 @@ impl Operation for FitPoints {
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
         parameters.check(DECLARATION.fields)?;
-        let lines = scene.objects().iter().any(|o| matches!(o.geometry(), Geometry::Polyline(_)));
-        let fits = |g: &Geometry| match g {
-            Geometry::Polyline(_) => true,
-            Geometry::Cloud(_) | Geometry::Mesh(_) => !lines,
-            _ => false,
-        };
-        let name = object_name(scene, parameters, fits, "polyline, cloud or mesh")?;
+        let name = self.object(scene, parameters)?;
         let name = name.as_str();
         let object = scene.object(name).map_err(|e| parameters.error("object", e.to_string()))?;
         let (points, chain) = match object.geometry() {
