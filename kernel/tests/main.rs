@@ -14,6 +14,7 @@ mod joins;
 mod liars;
 mod measured;
 mod parameters;
+mod parts;
 mod rank;
 mod refinement;
 mod refusals;

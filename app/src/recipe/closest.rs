@@ -231,12 +231,15 @@ fn nearest(geometry: &Geometry, point: Point) -> Result<Found> {
     }
     let shape = geometry.shape()?;
     let short = |at| shortened(shape, at);
-    // Which places of a face are on it only its loops say.
-    let near = if matches!(geometry, Geometry::Brep(_)) { Vec::new() } else { candidates(shape, point)? };
+    // Which places of a face or a trimmed surface are on it only its loops say.
+    let bounded = matches!(geometry, Geometry::Brep(_) | Geometry::Trimmed(_));
+    let near = if bounded { Vec::new() } else { candidates(shape, point)? };
     let best = match geometry {
         Geometry::Curve(curve) => curve.closest(point).map(|c| (Location::Curve(c.at), c.distance))?,
         Geometry::Surface(surface) => of_surface(surface, point)?,
-        Geometry::Trimmed(trimmed) => of_surface(trimmed.surface(), point)?,
+        Geometry::Trimmed(trimmed) => {
+            trimmed.part()?.closest(point).map(|c| (Location::Surface(c.at.0, c.at.1), c.distance))?
+        }
         Geometry::Brep(brep) => {
             let found = brep.closest(point)?;
             let [u, v] = found.at;

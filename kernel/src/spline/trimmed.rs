@@ -1,6 +1,7 @@
 //! Trimmed surfaces: the part of a surface that closed loops in its parameter plane bound.
 
 use super::curve::Curve;
+use super::part::{Part, follow};
 use super::surface::Surface;
 use super::{ParameterRegion, ParameterSide};
 use crate::error::{Error, Result};
@@ -180,23 +181,54 @@ impl Trimmed {
     /// # Errors
     /// When loops cross, so that they do not say what is inside.
     pub fn region(&self) -> Result<ParameterRegion> {
-        let ([u, v], _) = plane(&self.surface);
-        let whole = whole_of([u, v])?;
-        let sides = [u, v].map(|side| ParameterSide {
+        let (sides, whole) = self.border()?;
+        let loops = self.oriented(&whole)?;
+        ParameterRegion::new(&self.surface, &sides, &loops)
+    }
+
+    /// What its loops leave, prepared for many questions: whether a place is in it, which place of it is nearest to a point. `O(curves)`.
+    ///
+    /// # Errors
+    /// When an evaluation overflows.
+    pub fn part(&self) -> Result<Part> {
+        let (sides, whole) = self.border()?;
+        let loops = self.oriented(&whole)?;
+        let mut lines = Vec::with_capacity(loops.len());
+        for chain in &loops {
+            let mut line = Vec::new();
+            for (curve, backwards) in chain {
+                follow(&mut line, curve, *backwards)?;
+            }
+            lines.push(line);
+        }
+        let border = loops.iter().flatten().map(|(curve, _)| (*curve).clone()).collect();
+        Ok(Part::new(self.surface.clone(), lines, sides, border))
+    }
+
+    /// The sides of the parameter plane, and the loop around all of it.
+    fn border(&self) -> Result<([ParameterSide; 2], Vec<ParameterCurve>)> {
+        let (sides, _) = plane(&self.surface);
+        let of = |side: &Interval| ParameterSide {
             low: side.start,
             high: side.end,
             closed: side.periodic,
             poles: [false; 2],
-        });
+        };
+        Ok(([of(&sides[0]), of(&sides[1])], whole_of(sides)?))
+    }
+
+    /// All loops, that around everything where a region has no outer one, outer ones counterclockwise and holes clockwise; and which curves are run
+    /// backwards.
+    fn oriented<'a>(&'a self, whole: &'a [ParameterCurve]) -> Result<Vec<Vec<(&'a ParameterCurve, bool)>>> {
         let mut loops = Vec::new();
         for region in &self.regions {
-            let outer = if region.outer.is_empty() { &whole } else { &region.outer };
+            let outer = if region.outer.is_empty() { whole } else { &region.outer };
             loops.push(turned(outer, true)?);
             for hole in &region.holes {
                 loops.push(turned(hole, false)?);
             }
         }
-        ParameterRegion::new(&self.surface, &sides, &loops)
+        Ok(loops)
     }
 
     /// All loops: the outer one of each region (where it has one) and its holes.
