@@ -75,6 +75,7 @@ pub mod program;
 pub mod recipe;
 mod recipe_error;
 mod registry;
+mod words;
 
 pub use built_in::{read, read_scene, write};
 pub use convert::convert;

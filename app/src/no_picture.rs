@@ -45,6 +45,14 @@ impl Look {
     }
 }
 
+impl Look {
+    /// Nothing is drawn, so that nothing is missing.
+    #[allow(clippy::unused_self, reason = "as with pictures")]
+    pub(crate) fn absent(&self, _: &Scene) -> Option<(String, String)> {
+        None
+    }
+}
+
 /// Refuses a picture.
 ///
 /// # Errors

@@ -5,8 +5,8 @@ mod fields;
 
 use std::path::Path;
 
-use loftsman_kernel::plugin::{Mark, ParameterError, Parameters, Registry};
-use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::plugin::{Mark, ParameterError, Parameters, Registry, nearest};
+use loftsman_kernel::scene::{Geometry, MOST_PLACED, Object, Scene};
 pub use loftsman_picture::*;
 use serde_json::Value;
 
@@ -244,6 +244,26 @@ impl Look {
             picture = picture.columns(columns);
         }
         picture.panels(self.shown())
+    }
+
+    /// The first object that is to be shown and that a scene has not: its place in a recipe, and what is wrong.
+    pub(crate) fn absent(&self, scene: &Scene) -> Option<(String, String)> {
+        let of_panels = self.panels.iter().map(Panel::chosen).zip(0..);
+        let chosen = of_panels.map(|(names, panel)| (names, format!("picture.panel[{panel}]")));
+        let chosen = std::iter::once((self.objects.as_deref(), "picture".to_owned())).chain(chosen);
+        let named = chosen.flat_map(|(names, whose)| {
+            let each = names.unwrap_or_default().iter().zip(0..);
+            each.map(move |(name, at)| (name, format!("{whose}.objects[{at}]")))
+        });
+        // What instances show has names of its own, which are looked for last.
+        let unknown: Vec<_> = named.filter(|(name, _)| scene.get(name).is_none()).collect();
+        if unknown.is_empty() {
+            return None;
+        }
+        let flat = scene.flattened(MOST_PLACED).ok()?;
+        let (name, place) = unknown.into_iter().find(|(name, _)| flat.get(name).is_none())?;
+        let near = nearest(name, flat.objects().iter().map(Object::name)).map(str::to_owned);
+        Some((place, PictureError::Object { name: name.clone(), near }.to_string()))
     }
 
     /// The parts of the picture, each with the objects that it shows: one where none are given.

@@ -23,6 +23,16 @@ impl std::fmt::Display for Figure {
     }
 }
 
+/// A parameter outside a domain, in six figures, or in all of them where six would not show that it is.
+fn outside(value: f64, start: f64, end: f64) -> String {
+    let all = [value, start, end];
+    let short = all.map(crate::text::measured);
+    let [at, low, high] = short.each_ref().map(|text| text.parse().unwrap_or(f64::NAN));
+    let [value, start, end] =
+        if at < low || at > high { short } else { all.map(|number| Figure(number).to_string()) };
+    format!("{value} is outside the domain [{start}, {end}]: choose a location within it")
+}
+
 /// What is wrong with a shape, a location or a request. Every message says what was found and what to do.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -141,7 +151,7 @@ pub enum Error {
         expected: usize,
     },
     /// A parameter outside the domain of an open shape.
-    #[error("{} is outside the domain [{}, {}]: choose a location within it", Figure(*.value), Figure(*.start), Figure(*.end))]
+    #[error("{}", outside(*.value, *.start, *.end))]
     Outside {
         /// The parameter.
         value: f64,
@@ -229,5 +239,23 @@ mod tests {
         assert_eq!(shown, ["0", "-0.25", "1000000000000000", "1.7e308", "-1e-300", "NaN", "-inf"]);
         let error = Error::VertexNotFinite { index: 2, x: 1.5e308, y: f64::INFINITY, z: -1e300 };
         assert!(error.to_string().starts_with("control vertex 2 is (1.5e308, inf, -1e300)"), "{error}");
+    }
+
+    #[test]
+    fn places_outside_of_a_domain_have_as_many_figures_as_show_it() {
+        let turn = std::f64::consts::TAU;
+        for (value, end, told) in [
+            (9.0, turn, "9 is outside the domain [0, 6.28319]"),
+            (1.5, 1.0, "1.5 is outside the domain [0, 1]"),
+            (-1e-9, turn, "-1e-9 is outside the domain [0, 6.28319]"),
+            // Whoever takes the end from such a message is told why that is none.
+            (6.28319, turn, "6.28319 is outside the domain [0, 6.283185307179586]"),
+            (1.0 + f64::EPSILON, 1.0, "1.0000000000000002 is outside the domain [0, 1]"),
+            (f64::NAN, turn, "NaN is outside the domain [0, 6.283185307179586]"),
+            (f64::INFINITY, 1.0, "inf is outside the domain [0, 1]"),
+        ] {
+            let text = Error::Outside { value, start: 0.0, end }.to_string();
+            assert!(text.starts_with(told), "{text}");
+        }
     }
 }

@@ -433,6 +433,13 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("edge", "object", json!({ "edge": "v0" }), json!("patch"), json!("clamped curve"));
     add("edge", "edge", none(), json!("u0"), json!("v0"));
     add("sample", "object", none(), json!("clamped curve"), json!("chain"));
+    add(
+        "sample",
+        "objects",
+        json!({ "object": null }),
+        json!(["clamped curve"]),
+        json!(["chain", "clamped curve"]),
+    );
     add("sample", "count", none(), json!(5), json!(9));
     add("sample", "spacing", json!({ "count": null }), json!(n() * 100.0), json!(n() * 300.0 + 100.0));
     add("sample", "as", none(), json!("cloud"), json!("polyline"));

@@ -6,7 +6,7 @@ use loftsman_kernel::plugin::{
     Fate, Format, FormatDeclaration, Memory, Observer, Quiet, ReadReport, Registry, Source, WriteOptions,
     WriteReport, Written,
 };
-use loftsman_kernel::scene::Scene;
+use loftsman_kernel::scene::{Scene, Unit};
 
 use super::Conversion;
 use crate::error::Result;
@@ -32,6 +32,8 @@ pub struct Converted {
     pub frames: Vec<Produced>,
     /// What was kept of the input and what was left out.
     pub report: ReadReport,
+    /// The unit of the scene, in which distances of these are.
+    pub unit: Unit,
     /// What became of each object.
     pub objects: Vec<Written>,
     /// What else there is to say.
@@ -179,6 +181,7 @@ impl Converter<'_> {
             siblings: Vec::new(),
             frames: Vec::new(),
             report: read.report,
+            unit: read.scene.unit,
             objects,
             notes,
         }

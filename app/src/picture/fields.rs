@@ -69,7 +69,8 @@ pub const FIELDS: &[Field] = &[
     Field::optional("pixels", "count", "1600", "the width of a PNG"),
 ];
 
-const FACES_TAKE: &str = "shaded | zebra | mean | gaussian | maximum | minimum | deviation";
+const FACES_TAKE: &str =
+    "\"shaded\" | \"zebra\" | \"mean\" | \"gaussian\" | \"maximum\" | \"minimum\" | \"deviation\"";
 const FACES: &str = "what the colours of faces show: stripes that a striped world is mirrored in, a curvature, the distance from the \
                      state before (+ along normals); with a scale";
 

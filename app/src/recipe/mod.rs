@@ -114,7 +114,7 @@ pub const FIELDS: &[Field] = &[
         "picture",
         "{ title, view, panel, combs, … }",
         "before and after",
-        "how .svg and .png outputs look",
+        "how .svg and .png outputs look: `loftsman plugins picture`",
     ),
 ];
 

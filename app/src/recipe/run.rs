@@ -165,6 +165,11 @@ impl<'a> Runner<'a> {
         }
         let applied = self.apply(recipe)?;
         let drawn = applied.drawn(recipe.look.points)?;
+        if files.iter().any(|file| picture::is_picture(file))
+            && let Some((place, problem)) = recipe.look.absent(&drawn)
+        {
+            return Err(recipe.error(place, problem));
+        }
         let mut reports = Vec::with_capacity(files.len());
         let mut counts = Vec::with_capacity(files.len());
         for file in &files {

@@ -123,6 +123,14 @@ fn plugins_lists_everything_with_its_fields() {
     assert!(known["solvers"].as_array().unwrap().iter().any(|s| s == "householder-qr"));
     let text = bench.done(&["plugins", "edit"]);
     assert!(text.contains("constraints") && text.contains("solver"), "{text}");
+    // What words stand for that a field takes is told where they are used, and alone.
+    let location = "location  a place on a shape: a number, the parameter of a curve";
+    for (name, says) in [("simulate", true), ("location", true), ("words", true), ("line", false)] {
+        let text = bench.done(&["plugins", name]);
+        assert_eq!(text.contains(location), says, "{name}: {text}");
+    }
+    let text = bench.done(&["plugins", "document"]);
+    assert!(text.contains("    rate  a number, frames a second\n") && !text.contains(location), "{text}");
     // Formats are found by the endings of their files, and the formats of pictures have the fields of pictures.
     for (ending, name) in [("glb", "gltf"), (".STP", "step"), ("obj", "obj")] {
         let formats = bench.json(&["plugins", ending])["formats"].clone();

@@ -168,6 +168,19 @@ fn what_is_wrong_is_said_with_its_place() {
             &["step[0].constraints[1]"],
         ),
         (constraint("kind = 'derivative', at = 1, ordr = 1, keep = true"), &["order"]),
+        (
+            "input = 'wave.loft.json'\noutput = 'a.png'\n[picture]\nobjects = ['wave', 'wvae']\n".into(),
+            &[
+                "line 4, column 20",
+                "picture.objects[1]",
+                "the scene has no object \"wvae\"; did you mean \"wave\"?",
+            ],
+        ),
+        (
+            "input = 'wave.loft.json'\noutput = 'a.svg'\n[picture]\npanel = [{}, { objects = ['x'] }]\n"
+                .into(),
+            &["line 4", "picture.panel[1].objects[0]", "the scene has no object \"x\""],
+        ),
     ];
     for (recipe, words) in cases {
         bench.write("r.toml", recipe);

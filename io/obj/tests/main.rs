@@ -7,5 +7,6 @@ mod mended;
 mod odd;
 mod omissions;
 mod round_trip;
+mod scenes;
 mod solids;
 mod stable;

@@ -88,6 +88,11 @@ impl Panel {
         self
     }
 
+    /// The objects that it was told to show; `None` where it shows all.
+    pub fn chosen(&self) -> Option<&[String]> {
+        self.objects.as_deref()
+    }
+
     /// Only these objects, with their states before and their marks.
     #[must_use]
     pub fn objects<S: Into<String>>(mut self, names: impl IntoIterator<Item = S>) -> Self {

@@ -1,8 +1,9 @@
 //! The page under construction: layers of elements, where ink is, what the legend and the notes say.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use loftsman_kernel::Vector;
+use loftsman_kernel::text::counted;
 
 use crate::depth::{Depth, IN_SURFACE, Run};
 use crate::labels::{Ink, Label};
@@ -148,8 +149,8 @@ pub(crate) struct Caption {
     entered: HashSet<String>,
     /// Labels so far whose words are in the legend.
     pub(crate) numbers: usize,
-    /// The objects that have none, since there are too many.
-    unnamed: HashSet<String>,
+    /// The objects that have none, since there are too many, with what they are.
+    unnamed: HashMap<String, &'static str>,
     /// What is thinned out, of which object and in which drawing.
     thinned: Vec<Thinned>,
 }
@@ -320,24 +321,23 @@ impl Caption {
     }
 
     /// Leaves an object out of the legend, which counts it, unless it is an instance of one that is there.
-    pub(crate) fn leave_unnamed(&mut self, sample: Sample, name: &str) {
-        if self.entered.contains(name) || self.unnamed.contains(name) {
+    pub(crate) fn leave_unnamed(&mut self, sample: Sample, name: &str, kind: &'static str) {
+        if self.entered.contains(name) || self.unnamed.contains_key(name) {
             return;
         }
         if self.again(sample, name, false) {
             self.entered.insert(name.to_owned());
         } else {
-            self.unnamed.insert(name.to_owned());
+            self.unnamed.insert(name.to_owned(), kind);
         }
     }
 
     /// What is said of the objects that the legend does not name.
     pub(crate) fn others(&self) -> Option<String> {
-        match self.unnamed.len() {
-            0 => None,
-            1 => Some("and 1 more object".to_owned()),
-            more => Some(format!("and {more} more objects")),
-        }
+        let mut kinds = self.unnamed.values();
+        let first = *kinds.next()?;
+        let kind = if kinds.all(|kind| *kind == first) { first } else { "object[|s]" };
+        Some(format!("and {}", counted(self.unnamed.len(), &format!("more {kind}"))))
     }
 
     /// Adds an entry to the legend unless there is one of the same words, whatever its sample.

@@ -45,15 +45,25 @@ pub(crate) fn number(value: f64) -> String {
         let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
         return text.replace('-', "−");
     }
-    let text = format!("{value:.2e}");
-    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
+    in_powers(&format!("{value:.2e}"))
+}
+
+/// The figures of a number as pictures write them, with powers of ten and a true minus: `-5.5e-6` is `−5.5·10⁻⁶`.
+fn in_powers(figures: &str) -> String {
+    let Some((mantissa, exponent)) = figures.split_once('e') else { return figures.replace('-', "−") };
+    let mantissa =
+        if mantissa.contains('.') { mantissa.trim_end_matches('0').trim_end_matches('.') } else { mantissa };
     let raised: String = exponent.chars().map(superscript).collect();
-    if mantissa == "1" {
-        format!("10{raised}")
-    } else {
-        format!("{mantissa}·10{raised}").replace('-', "−")
+    match mantissa {
+        "1" => format!("10{raised}"),
+        "-1" => format!("−10{raised}"),
+        _ => format!("{mantissa}·10{raised}").replace('-', "−"),
     }
+}
+
+/// A measure in about four figures, as reports have it.
+pub(crate) fn figure(value: f64) -> String {
+    in_powers(&loftsman_kernel::text::figure(value))
 }
 
 /// Words whose numbers have six figures at most, which is more than can be seen: `position at 0.0385882`. Whole numbers stay, and so do
@@ -94,7 +104,7 @@ pub(crate) fn rounded(words: &str) -> String {
 
 /// A parameter, in as many figures as are needed to point at its place: one that is rounded up at the end of a domain would be outside.
 pub(crate) fn parameter(value: f64) -> String {
-    measured(value).replace('-', "−")
+    in_powers(&measured(value))
 }
 
 /// A tick of an axis: all of them have as many decimals as their step needs.
@@ -168,6 +178,8 @@ mod tests {
     fn numbers_read_well() {
         let texts = [0.0, 0.25, -1.5, 20.0, 12345.0, 2e-9, 1e9, -2.5e12].map(number);
         assert_eq!(texts, ["0", "0.25", "−1.5", "20", "12345", "2·10⁻⁹", "10⁹", "−2.5·10¹²"]);
+        let texts = [0.0, -3.2, 5.5e-6, -8.38e-6, 1e-7, -1e-7, 12345.6].map(figure);
+        assert_eq!(texts, ["0", "−3.2", "5.5·10⁻⁶", "−8.38·10⁻⁶", "10⁻⁷", "−10⁻⁷", "12346"]);
     }
 
     #[test]

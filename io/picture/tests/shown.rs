@@ -57,7 +57,7 @@ fn the_legend_names_what_is_shown_each_in_its_own_colour() {
     let chosen = ["line 02", "line 08", "line 14", "line 26"];
     let svg = Picture::of(&all).panels([Panel::view(View::Top).objects(chosen)]).drawn();
     let legend = svg.split("id=\"legend\"").nth(1).unwrap();
-    assert!(chosen.iter().all(|name| legend.contains(name)) && !legend.contains("more object"), "{legend}");
+    assert!(chosen.iter().all(|name| legend.contains(name)) && !legend.contains(" more "), "{legend}");
     let mut colours = of_class(&svg, "polyline", "stroke");
     colours.sort();
     colours.dedup();
@@ -66,9 +66,13 @@ fn the_legend_names_what_is_shown_each_in_its_own_colour() {
     let thirteen = (0..13).map(|i| format!("line {i:02}"));
     let panels = [View::Top, View::Front].map(|view| Panel::view(view).objects(thirteen.clone()));
     let svg = Picture::of(&all).panels(panels).drawn();
-    assert_eq!(svg.matches("and 1 more object<").count(), 1, "{svg}");
+    assert_eq!(svg.matches("and 1 more polyline<").count(), 1, "{svg}");
     let svg = Picture::of(&all).view(View::Top).drawn();
-    assert_eq!(svg.matches("and 18 more objects<").count(), 1, "{svg}");
+    assert_eq!(svg.matches("and 18 more polylines<").count(), 1, "{svg}");
+    // What is of several kinds is objects.
+    all.add(Object::new("z", cubic(1.0).into())).unwrap();
+    let svg = Picture::of(&all).view(View::Top).drawn();
+    assert_eq!(svg.matches("and 19 more objects<").count(), 1, "{svg}");
 }
 
 #[test]

@@ -1,17 +1,13 @@
-//! `isocurve` and `edge`: curves of surfaces, exactly.
+//! `isocurve`: curves of surfaces, exactly.
 
-use loftsman_kernel::functional::Edge;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters, StepReport,
     object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::shape::edges_of;
 use loftsman_kernel::spline::Direction;
-use loftsman_kernel::text::a;
-use loftsman_kernel::topology::EdgeCurve;
 
-use crate::fields::{NAME, figure, free_name, like, made, named};
+use crate::fields::{NAME, figure, free_name, like, made};
 
 /// The operation `isocurve`: [`Surface::isocurve`](loftsman_kernel::spline::Surface::isocurve).
 #[derive(Debug, Clone, Copy, Default)]
@@ -39,7 +35,7 @@ impl Operation for Isocurve {
                 "u, v or at is needed",
                 "a place that the curves go through: both, or the one along which the direction's parameter stands still",
             ),
-            Field::optional("direction", "u | v", "both", "with at: which parameter stands still"),
+            Field::optional("direction", "\"u\" | \"v\"", "both", "with at: which parameter stands still"),
             NAME,
         ];
         Declaration {
@@ -129,53 +125,5 @@ fn places(p: &Parameters, field: &str) -> Result<Vec<f64>, ParameterError> {
         None => Ok(Vec::new()),
         Some(value) if value.is_array() => p.numbers(field),
         Some(_) => Ok(vec![p.number(field)?]),
-    }
-}
-
-/// The operation `edge`: [`EdgeCurve::of`].
-#[derive(Debug, Clone, Copy, Default)]
-pub struct EdgeOf;
-
-impl Operation for EdgeOf {
-    fn declaration(&self) -> Declaration {
-        const FIELDS: &[Field] = &[
-            Field::optional("object", "text", "the only shape with edges", "the surface"),
-            Field::required(
-                "edge",
-                "u0 | u1 | v0 | v1 | \"edge 3\"",
-                "the edge: where u or v starts or ends",
-            ),
-            NAME,
-        ];
-        Declaration {
-            name: "edge",
-            help: "add an edge of a surface as a curve, exactly; reports its length",
-            fields: FIELDS,
-        }
-    }
-
-    fn apply(
-        &self,
-        scene: &mut Scene,
-        p: &Parameters,
-        _: &Context<'_>,
-    ) -> Result<StepReport, OperationError> {
-        p.check(self.declaration().fields)?;
-        let with_edges = |g: &Geometry| g.shape().is_ok_and(|shape| edges_of(shape, "edge").is_ok());
-        let source = object_name(scene, p, with_edges, "shape with edges")?;
-        let geometry = scene.object(&source)?.geometry();
-        let shape = geometry.shape().map_err(|_| {
-            p.error(
-                "object",
-                format!("\"{source}\" is {}, which has no edges: name a surface", a(geometry.kind())),
-            )
-        })?;
-        let edge = Edge::from_parameters(p, "edge")?;
-        let index = edge.number_on(shape).map_err(|problem| p.error("edge", problem.to_string()))?;
-        let curve = EdgeCurve::of(shape, index, "edge").map_err(named(&source))?.curve;
-        let name = free_name(scene, p, &format!("{source} {edge}"))?;
-        let object = like(scene, &source, &name, curve.into());
-        scene.add(object)?;
-        Ok(made("edge", name, Vec::new()))
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! * `line`, `polyline`, `circle`, `arc`, `ellipse`: curves from numbers;
 //! * `revolve`: the surface that a curve goes through when turned about an axis;
-//! * `isocurve`, `edge`: curves of surfaces;
+//! * `isocurve`, `edge`: curves of surfaces, edges of Breps;
 //! * `offset`: planar curves at a distance from one, within a tolerance, loops cut away;
 //! * `sweep`: the surface that a curve goes through when moved along another;
 //! * `symmetrize`: shapes made exactly symmetric about a plane;
@@ -17,6 +17,7 @@
 //! # Ok::<(), loftsman_kernel::Error>(())
 //! ```
 
+mod edge;
 mod fields;
 mod isocurve;
 mod offset;
@@ -29,7 +30,8 @@ mod symmetrize;
 
 use loftsman_kernel::plugin::{Plugin, Registry};
 
-pub use isocurve::{EdgeOf, Isocurve};
+pub use edge::EdgeOf;
+pub use isocurve::Isocurve;
 pub use offset::{Corners, Offset, OffsetOf, OffsetOptions, offset};
 pub use primitives::{Arc, Circle, Ellipse, Line, PolylineOf, arc_through};
 pub use revolve::Revolve;

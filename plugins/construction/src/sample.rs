@@ -104,6 +104,12 @@ impl Operation for Sample {
                 "what the points are spread along",
             ),
             Field::optional(
+                "objects",
+                "[text, …]",
+                "the one object",
+                "instead of object: several curves or polylines, each with points of its own",
+            ),
+            Field::optional(
                 "count",
                 "count",
                 "count or spacing is needed",
@@ -115,12 +121,12 @@ impl Operation for Sample {
                 "count or spacing is needed",
                 "the furthest that neighbours may be apart along the curve",
             ),
-            Field::optional("as", "polyline | cloud", "polyline", "what they become"),
+            Field::optional("as", "\"polyline\" | \"cloud\"", "polyline", "what they become"),
             NAME,
         ];
         Declaration {
             name: "sample",
-            help: "add points spread evenly by length along a curve or polyline; reports the length from each to the next",
+            help: "add points spread evenly by length along curves or polylines; reports the length from each to the next",
             fields: FIELDS,
         }
     }
@@ -133,14 +139,13 @@ impl Operation for Sample {
     ) -> Result<StepReport, OperationError> {
         p.check(self.declaration().fields)?;
         let fits = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Polyline(_));
-        let source = object_name(scene, p, fits, "curve or polyline")?;
-        let curve = match scene.object(&source)?.geometry() {
-            Geometry::Curve(curve) => curve.clone(),
-            Geometry::Polyline(line) => curve_through(line).map_err(named(&source))?,
-            other => {
-                let problem = format!("\"{source}\" is {}: name a curve or a polyline", a(&other.noun()));
-                return Err(p.error("object", problem).into());
+        let (whose, sources) = if p.has("objects") {
+            if p.has("object") {
+                return Err(p.error("objects", "object is given, too: leave one of them out").into());
             }
+            ("objects", names(p, "objects")?)
+        } else {
+            ("object", vec![object_name(scene, p, fits, "curve or polyline")?])
         };
         let (field, asked) = match (p.has("count"), p.has("spacing")) {
             (true, false) => ("count", Spread::Count(p.count("count")?)),
@@ -153,33 +158,80 @@ impl Operation for Sample {
             (false, false) => return Err(p.error("", "say count = …, or spacing = …").into()),
         };
         let as_cloud = p.choice_or("as", &[("polyline", false), ("cloud", true)], false)?;
-        let sampled = spread(&curve, asked).map_err(|e| match e {
-            Error::NoExtent(_) => {
-                p.error("object", format!("\"{source}\" has no length to spread points along"))
-            }
-            e => p.error(field, e.to_string()),
-        })?;
-        let name = free_name(scene, p, &format!("{source} points"))?;
-        let Sampled { points, closed, spacing, .. } = sampled;
-        let steps = if closed { points.len() } else { points.len() - 1 };
         let unit = scene.unit;
-        let notes = vec![
-            format!("the curve is {} long", unit.quantity(spacing * steps as f64, 1)),
-            format!(
-                "{} points, {} from each to the next along the curve",
-                points.len(),
-                unit.quantity(spacing, 1)
-            ),
-        ];
-        let geometry: Geometry =
-            if as_cloud { Cloud { points }.into() } else { Polyline { points, closed }.into() };
-        let object = like(scene, &source, &name, geometry);
-        scene.add(object)?;
-        let mut report = made("sample", name, notes);
-        report.numbers.insert("length".into(), (spacing * steps as f64).into());
-        report.numbers.insert("spacing".into(), spacing.into());
+        let (mut changed, mut notes) = (scene.clone(), Vec::new());
+        let (mut first, mut lengths, mut spacings) = (None, Vec::new(), Vec::new());
+        for source in &sources {
+            let curve = match scene.object(source).map_err(|e| p.error(whose, e.to_string()))?.geometry() {
+                Geometry::Curve(curve) => curve.clone(),
+                Geometry::Polyline(line) => curve_through(line).map_err(named(source))?,
+                other => {
+                    let problem = format!("\"{source}\" is {}: name a curve or a polyline", a(&other.noun()));
+                    return Err(p.error(whose, problem).into());
+                }
+            };
+            let sampled = spread(&curve, asked).map_err(|e| match e {
+                Error::NoExtent(_) => {
+                    p.error(whose, format!("\"{source}\" has no length to spread points along"))
+                }
+                e => p.error(field, e.to_string()),
+            })?;
+            let wanted = format!("{source} points");
+            let name = match p.has("name") {
+                true if sources.len() > 1 => changed.unique_name(p.text("name")?),
+                _ => free_name(&changed, p, &wanted)?,
+            };
+            let Sampled { points, closed, spacing, .. } = sampled;
+            let steps = if closed { points.len() } else { points.len() - 1 };
+            let length = spacing * steps as f64;
+            let (count, spaced) = (points.len(), unit.quantity(spacing, 1));
+            if sources.len() > 1 {
+                notes.push(format!(
+                    "\"{source}\" is {} long: {count} points, {spaced} from each to the next along it",
+                    unit.quantity(length, 1)
+                ));
+            } else {
+                notes.push(format!("the curve is {} long", unit.quantity(length, 1)));
+                notes.push(format!("{count} points, {spaced} from each to the next along the curve"));
+            }
+            let geometry: Geometry =
+                if as_cloud { Cloud { points }.into() } else { Polyline { points, closed }.into() };
+            changed.add(like(scene, source, &name, geometry))?;
+            first.get_or_insert(name);
+            lengths.push(length);
+            spacings.push(spacing);
+        }
+        *scene = changed;
+        let mut report = made("sample", first.unwrap_or_default(), notes);
+        for (name, values) in [("length", lengths), ("spacing", spacings)] {
+            let told = match values[..] {
+                [one] => one.into(),
+                _ => values.into(),
+            };
+            report.numbers.insert(name.into(), told);
+        }
         Ok(report)
     }
+}
+
+/// Names of objects, each once.
+fn names(p: &Parameters, field: &str) -> std::result::Result<Vec<String>, OperationError> {
+    let mut names: Vec<String> = Vec::new();
+    for (i, value) in p.list(field)?.iter().enumerate() {
+        let Some(name) = value.as_str() else {
+            let problem = format!("entry {i} is {value}, where the name of an object is needed");
+            return Err(p.error(field, problem).into());
+        };
+        names.push(name.to_owned());
+    }
+    let mut seen = std::collections::HashSet::new();
+    if let Some(twice) = names.iter().find(|name| !seen.insert(name.as_str())) {
+        return Err(p.error(field, format!("\"{twice}\" is named twice")).into());
+    }
+    if names.is_empty() {
+        return Err(p.error(field, "is empty: name an object at least").into());
+    }
+    Ok(names)
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should panic")]
 
 use loftsman_construction::Construction;
+use loftsman_kernel::brep::Brep;
 use loftsman_kernel::mesh::{Cloud, Polyline};
 use loftsman_kernel::plugin::{Context, Parameters, Registry, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
@@ -32,6 +33,7 @@ fn scene() -> Scene {
     let torus = torus.to_periodic(Direction::U, 0.0).unwrap().shape;
     add("torus", torus.to_periodic(Direction::V, 0.0).unwrap().shape.into());
     add("sheet", Surface::extrusion(&ring, Vector::y()).unwrap().into());
+    add("block", Brep::block(Point::origin(), p(3.0, 4.0, 12.0)).unwrap().into());
     add("dots", Cloud { points: vec![p(1.0, 2.0, 3.0)] }.into());
     add("dot", Polyline { points: vec![p(1.0, 2.0, 3.0); 3], closed: true }.into());
     scene
@@ -92,7 +94,22 @@ fn wrong_fields_are_told() {
             json!({ "object": "torus", "edge": "u0" }),
             "there is no edge u0: the surface's edges are none: it is closed",
         ),
-        ("edge", json!({ "object": "dots", "edge": "u0" }), "which has no edges: name a surface"),
+        ("edge", json!({ "object": "dots", "edge": "u0" }), "which has no edges: name a surface or a brep"),
+        (
+            "edge",
+            json!({ "object": "block", "edge": "u0" }),
+            "the brep's edges are \"edge 0\" to \"edge 11\"",
+        ),
+        ("edge", json!({ "object": "block", "edge": "edge 12" }), "there is no edge 12"),
+        ("edge", json!({ "object": "block", "edge": { "closest": [1, 2] } }), "closest"),
+        ("edge", json!({ "object": "block", "edge": { "near": [1, 2, 3] } }), "near"),
+        ("edge", json!({ "object": "torus", "edge": { "closest": [1, 2, 3] } }), "\"torus\" has no edges"),
+        ("sample", json!({ "object": "ring", "objects": ["line"], "count": 5 }), "object is given, too"),
+        ("sample", json!({ "objects": [], "count": 5 }), "is empty: name an object at least"),
+        ("sample", json!({ "objects": ["ring", "ring"], "count": 5 }), "\"ring\" is named twice"),
+        ("sample", json!({ "objects": ["ring", 3], "count": 5 }), "entry 1 is 3"),
+        ("sample", json!({ "objects": ["ring", "dots"], "count": 5 }), "objects: \"dots\" is a cloud"),
+        ("sample", json!({ "objects": ["ring", "nobody"], "count": 5 }), "nobody"),
         ("sample", json!({ "object": "ring" }), "say count = …, or spacing"),
         ("sample", json!({ "object": "ring", "count": 5, "spacing": 1 }), "leave one of them out"),
         ("sample", json!({ "object": "dot", "count": 5 }), "\"dot\" has no length"),
@@ -329,4 +346,69 @@ fn a_polyline_is_refused_with_the_way_to_a_curve() {
     let mut made = Scene::new();
     run(&mut made, "polyline", json!({ "points": points, "name": "way", "curve": true })).unwrap();
     run(&mut made, "revolve", json!({ "object": "way" })).unwrap();
+}
+
+/// Every edge of a block by its number, and each by a point beyond its middle.
+#[test]
+fn edges_of_solids_are_taken_by_number_or_by_a_point_near_to_them() {
+    let mut all = scene();
+    let Geometry::Brep(block) = all.object("block").unwrap().geometry().clone() else { unreachable!() };
+    let mut lengths = Vec::new();
+    for k in 0..block.edge_count() {
+        let report =
+            run(&mut all, "edge", json!({ "object": "block", "edge": format!("edge {k}") })).unwrap();
+        let name = report.object.unwrap();
+        assert_eq!(name, format!("block edge {k}"));
+        let curve = all.curve(&name).unwrap().clone();
+        let (start, end) = curve.domain();
+        let ends = [curve.point(start).unwrap(), curve.point(end).unwrap()];
+        assert_eq!(ends, block.ends(k).unwrap().map(|vertex| block.vertices()[vertex]));
+        lengths.push((ends[1] - ends[0]).norm());
+        let near = Point::from((ends[0].coords + ends[1].coords) / 2.0);
+        let out = near + (near - p_middle()) * 0.1;
+        let asked = json!({ "object": "block", "edge": { "closest": [out.x, out.y, out.z] }, "name": format!("n{k}") });
+        let report = run(&mut all, "edge", asked).unwrap();
+        assert!(report.notes[0].starts_with(&format!("edge {k} comes nearest to the point")), "{report:?}");
+        assert_eq!(all.curve(&format!("n{k}")).unwrap(), &curve);
+    }
+    lengths.sort_by(f64::total_cmp);
+    assert_eq!(lengths, [[3.0; 4], [4.0; 4], [12.0; 4]].concat());
+    // At a corner three edges meet: the first is taken, and it is said.
+    let report =
+        run(&mut all, "edge", json!({ "object": "block", "edge": { "closest": [0, 0, 0] } })).unwrap();
+    assert!(report.notes[0].ends_with("; 2 others are as near"), "{report:?}");
+    // Of a surface, too.
+    let report =
+        run(&mut all, "edge", json!({ "object": "sheet", "edge": { "closest": [3, 1.5, 1] } })).unwrap();
+    assert_eq!(report.object.as_deref(), Some("sheet v1"), "{report:?}");
+}
+
+fn p_middle() -> Point {
+    Point::new(1.5, 2.0, 6.0)
+}
+
+/// Several curves at once: the same points as one by one, each with its name; nothing is made where one of them is wrong.
+#[test]
+fn several_curves_are_sampled_in_one_step() {
+    let (mut together, mut alone) = (scene(), scene());
+    let names = ["line", "ring", "helix"];
+    let report = run(&mut together, "sample", json!({ "objects": names, "count": 7 })).unwrap();
+    assert_eq!(report.notes.len(), 3, "{report:?}");
+    for (k, name) in names.iter().enumerate() {
+        let one = run(&mut alone, "sample", json!({ "object": name, "count": 7 })).unwrap();
+        let made = one.object.unwrap();
+        assert_eq!(made, format!("{name} points"));
+        let points = |scene: &Scene| scene.object(&made).unwrap().geometry().clone();
+        assert_eq!(points(&together), points(&alone));
+        assert_eq!(report.numbers["length"][k], one.numbers["length"]);
+    }
+    assert_eq!(together.objects().len(), alone.objects().len());
+    // One name for all gets numbers.
+    let mut named = scene();
+    run(&mut named, "sample", json!({ "objects": names, "count": 2, "name": "p" })).unwrap();
+    assert!(
+        ["p", "p.001", "p.002"].iter().all(|name| named.get(name).is_some()),
+        "{:?}",
+        named.objects().iter().map(Object::name).collect::<Vec<_>>()
+    );
 }

@@ -143,8 +143,14 @@ impl Operation for Simulate {
                 .into());
             }
         }
-        let mut report =
-            report(&object, &mut simulation, settled, (before, stretch, stable), &run.scheme, &run.seen)?;
+        let mut report = report(
+            &object,
+            &mut simulation,
+            settled,
+            (before, stretch, stable),
+            &run.scheme,
+            (&run.seen, scene.unit),
+        )?;
         report.prepare_seconds = Some(prepare_seconds);
         report.event_seconds = (steps > 0).then_some(event_seconds);
         if let Some(audit) = audit {

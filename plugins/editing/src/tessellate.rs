@@ -29,7 +29,7 @@ impl Operation for Tessellate {
             Field::optional("angle", "degrees", "15", "largest angle between neighbouring pieces"),
             Field::optional(
                 "colors",
-                "mean | gaussian | maximum | minimum",
+                "\"mean\" | \"gaussian\" | \"maximum\" | \"minimum\"",
                 "none",
                 "the surface's curvature as colours of the mesh's points, blue to white to vermilion",
             ),

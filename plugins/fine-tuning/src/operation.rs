@@ -43,7 +43,7 @@ const FIELDS: [Field; 15] = [
     ),
     Field::optional(
         "alpha_v",
-        "the same",
+        "number | [value, …] | { degree, knots, values }",
         "1",
         "what its derivative along v is multiplied by, a function of v",
     ),

@@ -10,8 +10,8 @@ use loftsman_kernel::plugin::{
     ConstraintReport, Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters,
     StepReport, constraint_from, functional_from, object_name,
 };
-use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::text::figure;
+use loftsman_kernel::scene::{Geometry, Scene, Unit};
+use loftsman_kernel::text::without_rounding;
 use loftsman_kernel::{Error, Point};
 
 use crate::corner::Corners;
@@ -183,7 +183,7 @@ impl Operation for FitPoints {
         } else {
             let fit = fit_of(closed, name, parameters, context)?;
             let fitted = fit.watched(points, context.observer)?;
-            let report = report_of(&fitted, points);
+            let report = report_of(&fitted, points, scene.unit);
             (fitted.curve, report)
         };
         if !parameters.has("corners") {
@@ -491,27 +491,30 @@ impl ShapeNames for OnlyItself<'_> {
     }
 }
 
-fn report_of(fitted: &FittedCurve, points: &[Point]) -> StepReport {
+fn report_of(fitted: &FittedCurve, points: &[Point], unit: Unit) -> StepReport {
+    let length = |x: f64| unit.quantity(x, 1);
+    // Errors that are rounding at the size of the curve are none.
+    let error = |x: f64| length(without_rounding(x, fitted.length));
     let vertices = fitted.curve.points().len();
     let mut notes = vec![format!(
         "{vertices} control vertices for {} points: largest error {} (point {}), root mean square {}",
         points.len(),
-        figure(fitted.max_error),
+        error(fitted.max_error),
         fitted.worst,
-        figure(fitted.rms_error)
+        error(fitted.rms_error)
     )];
     match fitted.tolerance {
         Some(tolerance) if !fitted.met => {
-            notes.push(format!("best effort: the tolerance {} is not met", figure(tolerance)));
+            notes.push(format!("best effort: the tolerance {} is not met", length(tolerance)));
         }
-        Some(tolerance) => notes.push(format!("the tolerance {} is met", figure(tolerance))),
+        Some(tolerance) => notes.push(format!("the tolerance {} is met", length(tolerance))),
         None => {}
     }
     notes.push(format!(
         "length {}, the polygon of the points {}; the nearest points of the curve are at most {} away",
-        figure(fitted.length),
-        figure(fitted.polygon_length),
-        figure(fitted.distance)
+        length(fitted.length),
+        length(fitted.polygon_length),
+        error(fitted.distance)
     ));
     if fitted.interpolated {
         notes.push(if fitted.tolerance.is_some() {

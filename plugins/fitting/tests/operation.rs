@@ -48,6 +48,13 @@ fn a_closed_polyline_becomes_a_periodic_curve() {
     assert!(curve.is_periodic() && curve.degree() == 3 && curve.points().len() < 20);
     assert_eq!(report.op, "fit");
     assert!(report.notes[0].contains("largest error"), "{:?}", report.notes);
+    // Lengths have the scene's unit; errors that are rounding are none.
+    let unit = scene.unit.symbol();
+    assert_eq!(report.notes[1], format!("the tolerance 0.001 {unit} is met"));
+    for (note, count) in [(0, 2), (2, 3)] {
+        let words = report.notes[note].split([' ', ',', ';']);
+        assert_eq!(words.filter(|word| *word == unit).count(), count, "{:?}", report.notes);
+    }
     assert!(report.iterations.unwrap() > 1 && report.condition.unwrap() >= 1.0);
 }
 

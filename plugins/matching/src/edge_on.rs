@@ -329,7 +329,7 @@ impl DeclaredFunctional for EdgeOn {
         fields: &[
             Field::required(
                 "edge",
-                "u0 | u1 | v0 | v1 | \"edge 3\"",
+                "\"u0\" | \"u1\" | \"v0\" | \"v1\" | \"edge 3\"",
                 "the edge: where u or v starts or ends",
             ),
             Field::required("curve", "text", "the curve that it lies on, another object of the scene"),

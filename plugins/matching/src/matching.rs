@@ -483,7 +483,7 @@ pub(crate) fn limits(p: &Parameters, continuity: usize) -> Result<Limits, Parame
 
 pub(crate) const EDGE: Field = Field::required(
     "edge",
-    "u0 | u1 | v0 | v1 | \"edge 3\"",
+    "\"u0\" | \"u1\" | \"v0\" | \"v1\" | \"edge 3\"",
     "the edge that moves: where u or v starts or ends",
 );
 pub(crate) const WITH: Field =
@@ -493,7 +493,7 @@ pub(crate) const WITH: Field =
 pub(crate) fn other(p: &Parameters) -> Result<Parameters, ParameterError> {
     const FIELDS: [Field; 2] = [
         Field::required("object", "text", "the surface that stands still"),
-        Field::required("edge", "u0 | u1 | v0 | v1 | \"edge 3\"", "its edge"),
+        Field::required("edge", "\"u0\" | \"u1\" | \"v0\" | \"v1\" | \"edge 3\"", "its edge"),
     ];
     let with = p.table("with")?;
     with.check(&FIELDS)?;

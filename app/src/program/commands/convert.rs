@@ -154,6 +154,6 @@ pub(super) fn check_output(output: &Path, registry: &Registry) -> anyhow::Result
 
 fn text(converted: &Converted) -> String {
     let head = format!("{} → {}", converted.input, styled(BOLD, &converted.output));
-    let objects = report::written(&converted.objects, &converted.notes);
+    let objects = report::written(&converted.objects, converted.unit, &converted.notes);
     format!("{head}, {}\n{}{objects}", bytes(converted.bytes), report::read(&converted.report))
 }

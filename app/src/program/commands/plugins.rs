@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use crate::picture_name::is_picture;
 use crate::recipe;
+use crate::words::{self, Word};
 use loftsman_kernel::plugin::{Declaration, Field, FormatDeclaration, Registry, Table, nearest};
 
 use crate::program::Usage;
@@ -32,6 +33,9 @@ struct Known {
     recipe: Vec<Field>,
     picture: Vec<Field>,
     document: Vec<Field>,
+    /// What the words mean that these use, and those that documents use.
+    words: Vec<Word>,
+    document_words: Vec<Word>,
 }
 
 impl Known {
@@ -51,7 +55,25 @@ impl Known {
             recipe: recipe::FIELDS.to_vec(),
             picture: crate::picture::FIELDS.to_vec(),
             document: crate::document::FIELDS.to_vec(),
+            words: Vec::new(),
+            document_words: Vec::new(),
         }
+    }
+
+    /// The same with what the words mean that it uses, in documents often something else.
+    fn explained(self) -> Self {
+        let declared =
+            self.operations.iter().map(|o| &o.declaration).chain(&self.constraints).chain(&self.shapes);
+        let tables = self.operations.iter().flat_map(|o| o.tables);
+        let of_tables =
+            tables.flat_map(|t| t.fields.iter().chain(t.kinds.iter().flat_map(|kind| kind.fields)));
+        let own = self.wishes.iter().chain(&self.recipe).chain(&self.picture);
+        let fields = declared.flat_map(|d| d.fields).chain(of_tables).chain(own);
+        let fields = fields.chain(self.formats.iter().flat_map(|f| f.options));
+        let words = words::used(words::WORDS, fields.map(|field| field.takes));
+        let document_words =
+            words::used(words::DOCUMENT_WORDS, self.document.iter().map(|field| field.takes));
+        Self { words, document_words, ..self }
     }
 
     /// All of one sort; `None` where the word is none of a sort.
@@ -73,6 +95,7 @@ impl Known {
                 Self { picture: self.picture, ..none }
             }
             "document" => Self { document: self.document, ..none },
+            "word" | "words" => Self { words: words::WORDS.to_vec(), ..none },
             _ => return None,
         })
     }
@@ -149,23 +172,37 @@ fn bare(ending: &str) -> &str {
 }
 
 /// What all of a sort are called.
-const SORTS: [&str; 9] =
-    ["formats", "operations", "constraints", "solvers", "shapes", "wishes", "recipe", "picture", "document"];
+const SORTS: [&str; 10] = [
+    "formats",
+    "operations",
+    "constraints",
+    "solvers",
+    "shapes",
+    "wishes",
+    "recipe",
+    "picture",
+    "document",
+    "words",
+];
 
 pub(crate) fn run(args: &PluginsArgs, registry: &Registry) -> anyhow::Result<ExitCode> {
     let all = Known::all(registry);
     let known = match &args.name {
-        None => all,
+        None => all.explained(),
         Some(name) => match all.clone().entry(name).or_else(|| all.clone().sort(name)) {
+            Some(known) if known.words.is_empty() => known.explained(),
             Some(known) => known,
             None => {
-                if let Some((operation, field)) = all.kind_of(name) {
+                if let Some(found) = words::WORDS.iter().find(|word| word.word == name.as_str()) {
+                    Known { words: vec![*found], ..Known::default() }
+                } else if let Some((operation, field)) = all.kind_of(name) {
                     let told = format!(
                         "{name} is a kind of {field} of {operation}: see loftsman plugins {operation}"
                     );
                     return Err(Usage(told).into());
+                } else {
+                    return Err(Usage(all.unknown(name)).into());
                 }
-                return Err(Usage(all.unknown(name)).into());
             }
         },
     };
@@ -230,6 +267,15 @@ fn text(known: &Known, registry: &Registry) -> String {
     fields(&mut text, &known.picture);
     heading(&mut text, "What a document (*.loft.json) holds", !known.document.is_empty());
     fields(&mut text, &known.document);
+    for (title, words) in [
+        ("What the words stand for", &known.words),
+        ("What the words of documents stand for", &known.document_words),
+    ] {
+        heading(&mut text, title, !words.is_empty());
+        for Word { word, means } in words {
+            let _ = writeln!(text, "    {}  {means}", styled(BOLD, word));
+        }
+    }
     text
 }
 

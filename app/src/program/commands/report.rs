@@ -20,7 +20,7 @@ pub(crate) fn run(report: &RunReport, timed: bool) -> String {
         text += &self::step(step, report.unit, timed);
     }
     for output in &report.outputs {
-        text += &self::output(output);
+        text += &self::output(output, report.unit);
     }
     if report.outputs.is_empty() {
         text += "nothing was written: the recipe has no output, and no -o was given\n";
@@ -60,6 +60,9 @@ pub(crate) fn read(report: &ReadReport) -> String {
 
 /// So many redundant constraints are named.
 const REDUNDANT: usize = 5;
+
+/// A distance that is less than this part of the one allowed is rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// So many objects of a step have a line each.
 const OBJECTS: usize = 8;
@@ -169,21 +172,24 @@ fn repeated(rank: usize, equations: usize, contradict: bool) -> String {
     }
 }
 
-fn output(output: &OutputReport) -> String {
+fn output(output: &OutputReport, unit: Unit) -> String {
     let mut text = format!("wrote {}, {}\n", styled(BOLD, &output.path), bytes(output.bytes));
     for sibling in &output.siblings {
         let _ = writeln!(text, "  with {}, {}", sibling.path, bytes(sibling.bytes));
     }
-    text + &written(&output.objects, &output.notes)
+    text + &written(&output.objects, unit, &output.notes)
 }
 
 /// How each object went out, indented; a long list is cut.
-pub(crate) fn written(objects: &[Written], notes: &[String]) -> String {
+pub(crate) fn written(objects: &[Written], unit: Unit, notes: &[String]) -> String {
     const SHOWN: usize = 12;
     let mut text = String::new();
     for object in objects.iter().take(SHOWN) {
         // How far off it is at most, where that is known, else what was asked.
-        let within = object.error.or(object.tolerance).map(|most| format!("within {}", figure(most)));
+        let within = match (object.error, object.tolerance) {
+            (Some(error), Some(asked)) if error <= ROUNDING * asked => Some("nowhere off".to_owned()),
+            (error, asked) => error.or(asked).map(|most| format!("within {}", unit.quantity(most, 1))),
+        };
         let how = match object.fate {
             Fate::Kept => {
                 within.map_or_else(|| "exact".to_owned(), |within| format!("exact, triangles {within}"))
@@ -230,6 +236,19 @@ mod tests {
             step(&redundant(400), Unit::Metre, false)
         );
         assert!(!step(&redundant(5), Unit::Metre, false).contains("more"));
+    }
+
+    /// Distances have the scene's unit, and one that is rounding is told as such.
+    #[test]
+    fn how_near_triangles_are_has_a_unit() {
+        let near = |error: f64| {
+            let object = loftsman_kernel::scene::Object::new("o", loftsman_kernel::scene::Geometry::Group);
+            let mut one = Written::kept(&object, "4 triangles");
+            one.cut(0.01, Some(error));
+            written(&[one], Unit::Millimetre, &[])
+        };
+        assert_eq!(near(0.0082), "  o  4 triangles, exact, triangles within 0.0082 mm\n");
+        assert_eq!(near(9.9e-19), "  o  4 triangles, exact, triangles nowhere off\n");
     }
 
     /// How long a step took is nothing that it did: it is told where it is asked for. What a step makes has its name once.

@@ -180,6 +180,7 @@ impl Reader {
             return Err(FormatError::new(Place::Line(line), problem));
         }
         self.connect(&surfaces, scene);
+        used_materials.extend((0..materials.list.len()).filter(|&at| materials.is_of_scene(at)));
         used_materials.sort_unstable();
         used_materials.dedup();
         let all = (0..materials.list.len()).filter(|&at| materials.is_own(at)).count();

@@ -8,7 +8,7 @@ use std::collections::{HashMap, HashSet};
 use loftsman_kernel::material::{Alpha, Channel, Material, Texture, Wrap};
 
 use crate::number::{next_number, number};
-use crate::text::{OURS, Statements, decode, keyword, name, show, uncommented};
+use crate::text::{OURS, Statements, decode, keyword, line_length, name, show, uncommented};
 
 /// The materials of libraries, and what was wrong in them.
 #[derive(Debug, Default)]
@@ -19,6 +19,8 @@ pub(crate) struct Materials {
     paints: HashSet<usize>,
     /// Those that stand for none.
     plain: HashSet<usize>,
+    /// Those of libraries that were written here: of a scene, which may have more than its objects show.
+    ours: HashSet<usize>,
     /// Statements left out: the reason, with the library and line of the first.
     pub(crate) left_out: Vec<(String, usize)>,
 }
@@ -50,6 +52,11 @@ impl Materials {
         self.plain.contains(&at)
     }
 
+    /// Whether a material is one of a scene that was written here, be it used or not.
+    pub(crate) fn is_of_scene(&self, at: usize) -> bool {
+        self.ours.contains(&at) && self.is_own(at)
+    }
+
     /// Whether a material is one, and no mark of ours.
     pub(crate) fn is_own(&self, at: usize) -> bool {
         self.paint(at).is_none() && !self.is_plain(at)
@@ -67,6 +74,7 @@ impl Materials {
         let mut current: Option<usize> = None;
         let mut shininess = None;
         let mut roughness_said = false;
+        let ours = text[..line_length(&text)].trim_ascii_end() == OURS.trim_ascii_end();
         for (line, statement) in Statements::new(&text) {
             if let Some(said) = statement.strip_prefix(OURS) {
                 let said = said.trim_ascii();
@@ -82,6 +90,7 @@ impl Materials {
                     self.problem(format!("{library}, line {line}: newmtl without a name"));
                 } else if !self.known(&name) {
                     current = Some(self.place(&name));
+                    self.ours.extend(current.filter(|_| ours));
                 }
                 (shininess, roughness_said) = (None, false);
                 continue;

@@ -55,7 +55,14 @@ impl<W: Write> Writer<'_, W> {
                     forms.push(counted(curves.len(), "NURBS curve[|s]"));
                 }
                 Splines::Surfaces(surfaces) => {
-                    surfaces.iter().try_for_each(|surface| self.surface(object.name(), surface))?;
+                    for surface in surfaces {
+                        if mirrored {
+                            self.surface(object.name(), &super::exchange::surface(surface)?)?;
+                        } else {
+                            self.surface(object.name(), surface)?;
+                        }
+                    }
+                    self.notes.exchanged += if mirrored { surfaces.len() } else { 0 };
                     forms.push(counted(surfaces.len(), "NURBS surface[|s] (surf)"));
                 }
             }

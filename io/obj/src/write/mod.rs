@@ -1,6 +1,7 @@
 //! The writer: one `o` an object, streamed.
 
 mod custom;
+mod exchange;
 mod mesh;
 mod mtl;
 mod print;
@@ -8,7 +9,7 @@ mod spline;
 mod state;
 mod surface;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
 use std::io::{BufWriter, Write};
 
@@ -68,13 +69,22 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
     let cuts = outgoing.cuts(&placed)?;
     let scale = outgoing.scale();
     let mut report = WriteReport::default();
-    let mut library = mtl::library(&placed, sink.name());
+    let triangles = options.tessellator.is_some() && surfaces != Surfaces::Exact;
+    let mut library = mtl::library(&placed, sink.name(), |object| match object.geometry() {
+        Geometry::Polyline(line) => line.points.len() > 1,
+        Geometry::Brep(_) => triangles,
+        Geometry::Surface(_) | Geometry::Trimmed(_) => triangles || surfaces != Surfaces::Mesh,
+        Geometry::Custom(custom) => custom.shape().is_ok(),
+        Geometry::Curve(_) | Geometry::Mesh(_) | Geometry::Cloud(_) => true,
+        _ => false,
+    });
     let mut writer = Writer {
         out: BufWriter::with_capacity(1 << 16, sink.main()),
         text: String::new(),
         names: Names::default(),
         written: Counts::default(),
         surface_numbers: HashMap::new(),
+        exchanged: HashSet::new(),
         knots,
         surfaces,
         tessellator: options.tessellator,
@@ -86,9 +96,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         state: State::default(),
         face_normals: placed.objects().iter().any(|o| match o.geometry() {
             Geometry::Mesh(mesh) => !mesh.normals.is_empty(),
-            Geometry::Surface(_) | Geometry::Trimmed(_) | Geometry::Brep(_) => {
-                options.tessellator.is_some() && surfaces != Surfaces::Exact
-            }
+            Geometry::Surface(_) | Geometry::Trimmed(_) | Geometry::Brep(_) => triangles,
             Geometry::Custom(custom) => surfaces != Surfaces::Exact && custom::is_surface(custom),
             _ => false,
         }),
@@ -100,10 +108,11 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         writer.line(&format!("mtllib {}", writer.library.file))?;
     }
     for (index, found) in outgoing.in_world(&placed)?.enumerate() {
-        let InWorld { object, geometry, is_mirrored } = found?;
-        writer.paint = mtl::paint(&placed, object).map(|color| writer.library.paint(color));
+        let found = found?;
+        let object = found.object;
+        writer.paint = mtl::paint(&placed, object);
         writer.color = object.color.filter(|color| color.iter().all(|x| x.is_finite()));
-        let written = writer.object(object, &geometry, is_mirrored, &cuts.of(index, scale));
+        let written = writer.object(found, &cuts.of(index, scale));
         report.objects.push(written.map_err(|e| e.of(object.name()))?);
     }
     for connection in placed.connections() {
@@ -125,6 +134,8 @@ struct Notes {
     /// Group names in which a blank became a low line.
     group_names: usize,
     connections_left_out: usize,
+    /// Surfaces that went out with `u` and `v` exchanged.
+    exchanged: usize,
 }
 
 /// What OBJ cannot hold of meshes and connections, counted.
@@ -137,6 +148,10 @@ fn notes(scene: &Scene, told: &Notes, report: &mut WriteReport) {
     report.say(
         told.connections_left_out,
         "connection[|s] [is|are] left out: [its|their] surfaces were not written exactly",
+    );
+    report.say(
+        told.exchanged,
+        "surface[|s] [has|have] u and v exchanged: placed by a mirror, [its|their] normal[|s] would turn inward",
     );
     let cloud = |o: &Object| matches!(o.geometry(), Geometry::Cloud(_));
     report.say(
@@ -164,6 +179,8 @@ struct Writer<'a, W: Write> {
     written: Counts,
     /// Surfaces that went out exactly, by their object's name: `con` refers to their numbers.
     surface_numbers: HashMap<String, usize>,
+    /// Of these, which have `u` and `v` exchanged.
+    exchanged: HashSet<String>,
     knots: Knots,
     surfaces: Surfaces,
     tessellator: Option<&'a dyn Tessellator>,
@@ -173,8 +190,8 @@ struct Writer<'a, W: Write> {
     scale: f64,
     /// The materials beside the file.
     library: &'a mut mtl::Library,
-    /// The material that shows the present object's colour, where nothing else says how it looks.
-    paint: Option<String>,
+    /// The present object's colour, where nothing else says how it looks: a material shows it.
+    paint: Option<[f64; 4]>,
     /// The present object's own colour.
     color: Option<[f64; 4]>,
     /// What holds for the faces that come now.
@@ -206,13 +223,12 @@ impl<W: Write> Writer<'_, W> {
 
     fn object(
         &mut self,
-        object: &Object,
-        geometry: &Geometry,
-        mirrored: bool,
+        InWorld { object, geometry, is_mirrored }: InWorld<'_>,
         fineness: &Fineness,
     ) -> Result<Written, FormatError> {
         let mut written = Written::kept(object, "nothing");
-        match geometry {
+        let geometry = if is_mirrored { exchange::exchanged(geometry)? } else { geometry };
+        match &*geometry {
             Geometry::Group => written.leave_out("OBJ has no hierarchy"),
             Geometry::Curve(curve) => {
                 self.name(object.name())?;
@@ -221,7 +237,11 @@ impl<W: Write> Writer<'_, W> {
                 written.form = "NURBS curve".to_owned();
             }
             Geometry::Surface(_) | Geometry::Trimmed(_) | Geometry::Brep(_) => {
-                self.tessellated(object, geometry, mirrored, fineness, &mut written)?;
+                if is_mirrored && !matches!(&*geometry, Geometry::Brep(_)) {
+                    self.notes.exchanged += usize::from(self.surfaces != Surfaces::Mesh);
+                    self.exchanged.insert(object.name().to_owned());
+                }
+                self.tessellated(object, &geometry, fineness, &mut written)?;
             }
             Geometry::Mesh(mesh) => {
                 self.name(object.name())?;
@@ -252,20 +272,21 @@ impl<W: Write> Writer<'_, W> {
                 written.form = counted(cloud.points.len(), "point[|s]");
             }
             Geometry::Custom(custom) => {
-                self.custom(object, custom, mirrored, fineness, &mut written)?;
+                self.custom(object, custom, is_mirrored, fineness, &mut written)?;
             }
             other => written.leave_out(format!("OBJ has no {}", other.kind())),
         }
         Ok(written)
     }
 
-    fn name(&mut self, name: &str) -> std::io::Result<()> {
+    /// Begins an object; the name that it got.
+    fn name(&mut self, name: &str) -> std::io::Result<String> {
         let name = self.names.unique(name);
         self.line(&format!("o {name}"))?;
-        match self.color {
-            Some(color) => self.statement("# Loftsman color", color),
-            None => Ok(()),
+        if let Some(color) = self.color {
+            self.statement("# Loftsman color", color)?;
         }
+        Ok(name)
     }
 
     fn vertices(&mut self, points: &[Point], weights: Option<&[f64]>) -> Result<usize, FormatError> {
@@ -293,7 +314,10 @@ impl<W: Write> Writer<'_, W> {
 
     /// The look of a slot; where there is none, what shows the object's colour.
     fn use_look(&mut self, look: Option<&Option<String>>) -> std::io::Result<()> {
-        let wanted = look.unwrap_or(&self.paint).clone();
+        let wanted = match look {
+            Some(look) => look.clone(),
+            None => self.paint.map(|color| self.library.paint(color)),
+        };
         let name = match (wanted, &self.state.material) {
             (Some(name), _) => name,
             (None, None) => return Ok(()),
@@ -337,7 +361,11 @@ impl<W: Write> Writer<'_, W> {
                 self.notes.connections_left_out += 1;
                 return Ok(());
             };
-            let plane_curve = self.plane_curve(curve.curve())?;
+            let plane_curve = if self.exchanged.contains(object) {
+                self.plane_curve(&exchange::plane_curve(curve.curve())?)?
+            } else {
+                self.plane_curve(curve.curve())?
+            };
             let (from, to) = curve.range();
             _ = write!(line, " {number}");
             print::number(&mut line, from);

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use loftsman_kernel::material::{Channel, Image, ImageData, Material, Texture, Wrap};
 use loftsman_kernel::named::Named;
 use loftsman_kernel::plugin::{FormatError, Outgoing, Sink, WriteReport};
-use loftsman_kernel::scene::{Definition, Geometry, Object, Scene};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
 
 use super::print::{self, Names};
 use crate::read::{CHANNELS, GREY, roughness};
@@ -80,8 +80,8 @@ fn stays(path: &str) -> bool {
         && path.split('/').all(|part| part != "..")
 }
 
-/// The library of a scene that goes out as `file`.
-pub(super) fn library(scene: &Scene, file: &str) -> Library {
+/// The library of a scene that goes out as `file`, as far as its objects do.
+pub(super) fn library(scene: &Scene, file: &str, goes_out: impl Fn(&Object) -> bool) -> Library {
     let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
     let mut taken = HashSet::from([file.to_lowercase()]);
     let own = unique(format!("{stem}.mtl"), &mut taken);
@@ -100,7 +100,7 @@ pub(super) fn library(scene: &Scene, file: &str) -> Library {
         has_paints: scene
             .objects()
             .iter()
-            .chain(scene.definitions().iter().flat_map(Definition::objects))
+            .filter(|object| goes_out(object))
             .any(|object| paint(scene, object).is_some() || has_painted_faces(object)),
         pictures: HashMap::new(),
         embedded: Vec::new(),

@@ -1,5 +1,6 @@
 //! Surfaces, trimmed surfaces and Breps: exactly where OBJ has them, and as meshes beside that.
 
+use std::collections::HashSet;
 use std::io::Write;
 
 use loftsman_kernel::brep::Brep;
@@ -80,7 +81,6 @@ impl<W: Write> Writer<'_, W> {
         &mut self,
         object: &Object,
         geometry: &Geometry,
-        mirrored: bool,
         fineness: &Fineness,
         written: &mut Written,
     ) -> Result<(), FormatError> {
@@ -100,22 +100,26 @@ impl<W: Write> Writer<'_, W> {
         };
         let mut mark = None;
         match mesh {
-            Ok(Cut { mut mesh, tolerance, error, colors, remark }) => {
-                // The faces of a Brep are turned with it.
-                if mirrored && !is_brep {
-                    mesh.turn_inside_out();
-                }
-                self.name(object.name())?;
+            Ok(Cut { mesh, tolerance, error, colors, remark }) => {
+                let name = self.name(object.name())?;
                 if exact {
-                    // Who reads both reads one object.
-                    mark = Some(fingerprint(&mesh));
-                    self.line(&format!("# Loftsman mesh {:016x}", mark.unwrap_or_default()))?;
+                    // Who reads both reads one object, which has the name of the mesh.
+                    let fingerprint = fingerprint(&mesh);
+                    self.line(&format!("# Loftsman mesh {fingerprint:016x}"))?;
+                    mark = Some((name, fingerprint));
                 }
                 let mut looks = self.looks(&object.materials);
                 if !colors.is_empty() {
                     looks.truncate(1);
-                    looks.resize(1, self.paint.clone());
-                    looks.extend(colors.into_iter().map(|color| Some(self.library.paint(color))));
+                    // Only what some face has is in the library.
+                    let used: HashSet<u32> = mesh.materials.iter().copied().collect();
+                    if looks.is_empty() {
+                        let own = self.paint.filter(|_| used.is_empty() || used.contains(&0));
+                        looks.push(own.map(|color| self.library.paint(color)));
+                    }
+                    for (slot, color) in (1..).zip(colors) {
+                        looks.push(used.contains(&slot).then(|| self.library.paint(color)));
+                    }
                 }
                 self.mesh(&mesh, &looks)?;
                 written.form = counted(mesh.face_count(), "triangle[|s]");
@@ -139,18 +143,19 @@ impl<W: Write> Writer<'_, W> {
         Ok(())
     }
 
-    /// The surface itself, beside the mesh of a mark that shows it.
+    /// The surface itself, beside the mesh of a name and a mark that shows it.
     fn beside(
         &mut self,
         object: &Object,
         geometry: &Geometry,
-        mark: Option<u64>,
+        mark: Option<(String, u64)>,
         written: &mut Written,
     ) -> Result<(), FormatError> {
+        let is_shown = mark.is_some();
         // An object of its own: Blender makes a curve of what follows a cstype.
         self.element_material(object)?;
-        self.name(object.name())?;
-        if let Some(mark) = mark {
+        self.name(mark.as_ref().map_or(object.name(), |(name, _)| name))?;
+        if let Some((_, mark)) = mark {
             self.line(&format!("# Loftsman surface {mark:016x}"))?;
         }
         let form = match geometry {
@@ -164,7 +169,7 @@ impl<W: Write> Writer<'_, W> {
             }
             _ => return Ok(()),
         };
-        let beside = if mark.is_some() { format!(" beside {}", written.form) } else { String::new() };
+        let beside = if is_shown { format!(" beside {}", written.form) } else { String::new() };
         written.form = format!("{form}{beside}");
         Ok(())
     }

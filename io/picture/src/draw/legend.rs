@@ -2,7 +2,6 @@
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::scene::Unit;
-use loftsman_kernel::text::figure;
 
 use crate::draw::paint::{self, mapped};
 use crate::draw::{dots, few, mark};
@@ -115,7 +114,9 @@ fn color_bar(theme: Theme, (most, beyond): (f64, bool), long: f64, [x, y]: [f64;
         }
         let text = Element::new("text").length("x", x + share * long).length("y", y + 1.5 + 1.1 * SIZE);
         let text = text.length("font-size", SIZE).attribute("text-anchor", anchor);
-        out.push_str(&text.attribute("fill", &theme.ink().hex()).text(&format!("{sign}{}", figure(value))));
+        out.push_str(
+            &text.attribute("fill", &theme.ink().hex()).text(&format!("{sign}{}", text::figure(value))),
+        );
     }
     out
 }

@@ -17,7 +17,7 @@ pub(crate) mod solid;
 pub(crate) mod surface;
 
 use loftsman_kernel::Vector;
-use loftsman_kernel::scene::Unit;
+use loftsman_kernel::scene::{Geometry, Unit};
 
 use crate::choices::Choices;
 use crate::error::PictureError;
@@ -375,7 +375,24 @@ pub(crate) fn named(sheet: &mut Sheet, body: &Body<'_>, old: bool, sample: Sampl
     if body.index < NAMED {
         sheet.caption.name(sample, &text::clipped(body.object.name(), 40), old);
     } else if !old {
-        sheet.caption.leave_unnamed(sample, &text::clipped(body.object.name(), 40));
+        sheet.caption.leave_unnamed(
+            sample,
+            &text::clipped(body.object.name(), 40),
+            kind(body.object.geometry()),
+        );
+    }
+}
+
+/// What an object is, where several are counted.
+fn kind(geometry: &Geometry) -> &'static str {
+    match geometry {
+        Geometry::Curve(_) => "curve[|s]",
+        Geometry::Surface(_) | Geometry::Trimmed(_) => "surface[|s]",
+        Geometry::Brep(_) => "brep[|s]",
+        Geometry::Mesh(_) => "mesh[|es]",
+        Geometry::Polyline(_) => "polyline[|s]",
+        Geometry::Cloud(_) => "cloud[|s]",
+        _ => "object[|s]",
     }
 }
 

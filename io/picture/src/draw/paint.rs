@@ -3,7 +3,6 @@
 use loftsman_kernel::mesh::color::{diverging, map_end, map_end_of_all};
 use loftsman_kernel::scene::Unit;
 use loftsman_kernel::spline::Surface;
-use loftsman_kernel::text::figure;
 use loftsman_kernel::{Point, Vector};
 
 use crate::choices::Faces;
@@ -11,6 +10,7 @@ use crate::draw::surface::{Samples, samples};
 use crate::sheet::{Caption, Fill};
 use crate::stage::Stage;
 use crate::stage::body::{Body, Form};
+use crate::text::figure;
 use crate::theme::{Color, Theme};
 use crate::view::Lens;
 

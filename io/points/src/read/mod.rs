@@ -147,7 +147,7 @@ impl Reading {
         }
         let mut words = std::mem::take(&mut scan.words).into_iter();
         if self.name.is_none() {
-            self.name = words.next().map(|(_, name)| name.trim().to_owned());
+            self.name = words.next().map(|(_, name)| without_padding(&name).to_owned());
         }
         let rest = words.count();
         self.report.count_many(Fate::LeftOut, "further lines of text before the rows", rest);
@@ -206,7 +206,8 @@ impl Reading {
         if scan.tecplot && !block.gaps.is_empty() || block.kind.is_none() && !block.gaps.is_empty() {
             self.note("blank lines between rows do not separate objects: all rows are one");
         }
-        let said = block.name.take().or_else(|| if several { None } else { self.name.clone() });
+        let own = block.name.take().map(|name| without_padding(&name).to_owned());
+        let said = own.or_else(|| if several { None } else { self.name.clone() });
         let name = self.scene.unique_name(said.as_deref().unwrap_or(stem(file)));
         let geometry = self.geometry(block, file, asked);
         Ok(Object::new(name, geometry).labelled(&said.unwrap_or_default()))
@@ -258,9 +259,12 @@ impl Reading {
         let kind = asked.or(block.kind).unwrap_or(usual);
         if asked.is_none() && block.kind.is_none() {
             let (kind, other) = if loose { ("cloud", "polyline") } else { ("polyline", "cloud") };
-            self.note(format!(
-                "the rows are taken as a {kind}; the option as = \"{other}\" takes them otherwise"
-            ));
+            let note =
+                format!("the rows are taken as a {kind}; the option as = \"{other}\" takes them otherwise");
+            // Once for all outlines of a file.
+            if !self.report.notes.contains(&note) {
+                self.note(note);
+            }
         }
         let mut points = block.points;
         let Kind::Polyline { closed } = kind else {
@@ -291,6 +295,11 @@ fn check_count(spelling: Option<&str>, rows: usize, line: usize) -> Result<(), F
         "the line counts {count} rows, but there are {rows}: the file is cut off, or the count is wrong"
     );
     Err(FormatError::new(Place::Line(line), problem))
+}
+
+/// A name without the separators that pad the rows of tables.
+fn without_padding(name: &str) -> &str {
+    name.trim_end_matches(|c: char| c.is_whitespace() || matches!(c, ',' | ';')).trim_start()
 }
 
 /// The file's name without folder and extension; never empty.

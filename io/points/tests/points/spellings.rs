@@ -184,6 +184,25 @@ fn footnotes_and_further_outlines_under_their_own_heading() {
     assert!(report.adds_up());
 }
 
+/// Tables pad the row of their name with separators, which are none of it; what holds for all outlines of a file is said once.
+#[test]
+fn padded_names_and_what_is_said_of_all_outlines() {
+    for (text, name) in [
+        ("root,\n0,0\n1,0\n2,1\n", "root"),
+        ("root,,\n0,0,0\n1,0,0\n2,1,0\n", "root"),
+        ("wing, root;;\n0;0;0\n1;0;0\n2;1;0\n", "wing, root"),
+        (" root , , \n0,0,0\n1,0,0\n2,1,0\n", "root"),
+    ] {
+        let (scene, report) = read("a.csv", text).unwrap();
+        assert_eq!((scene.objects().len(), scene.objects()[0].name()), (1, name), "{text:?}: {report:?}");
+    }
+    let (scene, report) = read("a.dat", "Root\n0 0\n1 0\n2 1\n\nTip\n0 1\n1 2\n2 4\n").unwrap();
+    assert_eq!(scene.objects().len(), 2);
+    let said =
+        report.notes.iter().filter(|note| note.starts_with("the rows are taken as a polyline")).count();
+    assert_eq!(said, 1, "{report:?}");
+}
+
 #[test]
 fn names_have_their_accents_whatever_wrote_them() {
     for bytes in [

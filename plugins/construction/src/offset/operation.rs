@@ -31,7 +31,7 @@ impl Operation for OffsetOf {
             ),
             Field::optional(
                 "corners",
-                "round | sharp | open",
+                "\"round\" | \"sharp\" | \"open\"",
                 "round",
                 "joined by arcs, prolonged until they meet (up to four distances from the corner), or not joined",
             ),

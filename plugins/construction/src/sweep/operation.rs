@@ -48,7 +48,7 @@ impl Operation for Sweep {
             Field::required("path", "text", "the curve that it is moved along"),
             Field::optional(
                 "frame",
-                "least | upright | parallel",
+                "\"least\" | \"upright\" | \"parallel\"",
                 "least",
                 "turning with the path and about it as little as can be, or with `up` staying up, or not at all",
             ),

@@ -23,13 +23,13 @@ impl Operation for Symmetrize {
             Field::optional("normal", "[x, y, z]", "[1, 0, 0]", "across the plane"),
             Field::optional(
                 "half",
-                "both | front | back",
+                "\"both\" | \"front\" | \"back\"",
                 "both",
                 "the mean of both, or one kept and mirrored: front is where the normal points",
             ),
             Field::optional(
                 "direction",
-                "u | v",
+                "\"u\" | \"v\"",
                 "that in which less moves",
                 "of a surface: the parameter that runs across the plane",
             ),

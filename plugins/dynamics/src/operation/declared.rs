@@ -160,7 +160,11 @@ pub(super) const KINDS: [Declaration; 7] = [
     Declaration {
         name: "double-sliding",
         help: "a curve passes itself, wherever on both sides",
-        fields: &[Field::required("near", "[a, b]", "the two parameters that start together; both slide")],
+        fields: &[Field::required(
+            "near",
+            "[number, number]",
+            "the two parameters that start together; both slide",
+        )],
     },
     Declaration {
         name: "sliding-tangent",

@@ -1,6 +1,7 @@
 //! What a simulation tells of itself.
 
 use loftsman_kernel::plugin::{ConstraintReport, Frames, OperationError, StepReport};
+use loftsman_kernel::scene::Unit;
 use loftsman_kernel::shape::{Derivative, Location};
 use loftsman_kernel::text::{counted, figure, short, without_rounding};
 
@@ -20,7 +21,7 @@ pub(super) fn report(
     settled: Option<Settled>,
     (before, stretch, stable): (f64, f64, f64),
     scheme: &str,
-    seen: &Frames,
+    (seen, unit): (&Frames, Unit),
 ) -> Result<StepReport, OperationError> {
     let errors = simulation.errors()?;
     let (equations, rank) = simulation.equations();
@@ -61,10 +62,11 @@ pub(super) fn report(
         let all = parts.iter().map(|part| part.abs()).sum();
         let [kinetic, elastic, gravity, pulls] = parts.map(|part| figure(without_rounding(part, all)));
         notes.push(format!(
-            "energy at the end: motion {kinetic}, elastic {elastic}{unseen}, gravity {gravity}, pulls {pulls}"
+            "energy at the end: motion {kinetic}, elastic {elastic}{unseen}, gravity {gravity}, pulls {pulls}, in mass · {}² / s²",
+            unit.one()
         ));
         let drift = without_rounding(simulation.worst_error(), simulation.size);
-        notes.push(format!("constraints drifted by {} at most", short(drift)));
+        notes.push(format!("constraints drifted by {} at most", unit.quantity(drift, 1)));
         if drift > DRIFT * simulation.size {
             warnings.push(format!(
                 "constraints of {object:?} drifted by {}, more than a millionth of its size: give a shorter `step`, or scheme \"implicit\"",
@@ -332,7 +334,15 @@ mod tests {
 
     /// What is told of a rope that was settled.
     fn told(simulation: &mut Simulation, settled: Settled) -> StepReport {
-        report("rope", simulation, Some(settled), (0.0, 0.0, 1.0), "implicit", &Frames::default()).unwrap()
+        report(
+            "rope",
+            simulation,
+            Some(settled),
+            (0.0, 0.0, 1.0),
+            "implicit",
+            (&Frames::default(), Unit::Metre),
+        )
+        .unwrap()
     }
 
     /// What does not rest is a warning that says what to do, what rests a note.

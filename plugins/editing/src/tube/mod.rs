@@ -55,7 +55,12 @@ impl Operation for Tube {
                 "largest distance between the mesh and the round tube, where that does not overlap itself",
             ),
             Field::optional("angle", "degrees", "15", "largest angle between neighbouring pieces along it"),
-            Field::optional("caps", "flat | round | none", "flat", "what closes the ends of an open tube"),
+            Field::optional(
+                "caps",
+                "\"flat\" | \"round\" | \"none\"",
+                "flat",
+                "what closes the ends of an open tube",
+            ),
             Field::optional(
                 "uvs",
                 "true | false",

@@ -43,7 +43,12 @@ impl Operation for CutBy {
                 "this or axis is needed",
                 "the plane, in the object's coordinates",
             ),
-            Field::optional("axis", "x | y | z", "this or plane is needed", "planes across this axis"),
+            Field::optional(
+                "axis",
+                "\"x\" | \"y\" | \"z\"",
+                "this or plane is needed",
+                "planes across this axis",
+            ),
             Field::optional(
                 "at",
                 "number or [numbers]",

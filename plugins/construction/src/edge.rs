@@ -1,0 +1,181 @@
+//! `edge`: an edge of a surface or a Brep as a curve, exactly.
+
+use loftsman_kernel::Point;
+use loftsman_kernel::brep::Brep;
+use loftsman_kernel::error::Error;
+use loftsman_kernel::functional::Edge;
+use loftsman_kernel::plugin::{
+    Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters, StepReport,
+    object_name,
+};
+use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::shape::edges_of;
+use loftsman_kernel::spline::Curve;
+use loftsman_kernel::text::a;
+use loftsman_kernel::topology::EdgeCurve;
+
+use crate::fields::{NAME, free_name, like, made, named};
+
+/// Edges whose distances differ by less than this part of the larger one, or of the size of the coordinates, are as near.
+const AS_NEAR: f64 = 1e-9;
+
+/// The operation `edge`: [`EdgeCurve::of`], or the part of its curve that an edge of a Brep is.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct EdgeOf;
+
+impl Operation for EdgeOf {
+    fn declaration(&self) -> Declaration {
+        const FIELDS: &[Field] = &[
+            Field::optional("object", "text", "the only shape with edges", "the surface or brep"),
+            Field::required(
+                "edge",
+                "\"u0\" | \"u1\" | \"v0\" | \"v1\" | \"edge 3\" | { closest = [x, y, z] }",
+                "the edge: where u or v starts or ends, of a brep its number, or the one that comes nearest to a point",
+            ),
+            NAME,
+        ];
+        Declaration {
+            name: "edge",
+            help: "add an edge of a surface or brep as a curve, exactly; reports its length",
+            fields: FIELDS,
+        }
+    }
+
+    fn apply(
+        &self,
+        scene: &mut Scene,
+        p: &Parameters,
+        _: &Context<'_>,
+    ) -> Result<StepReport, OperationError> {
+        p.check(self.declaration().fields)?;
+        let with_edges = |g: &Geometry| match g {
+            Geometry::Brep(brep) => brep.edge_count() > 0,
+            g => g.shape().is_ok_and(|shape| edges_of(shape, "edge").is_ok()),
+        };
+        let source = object_name(scene, p, with_edges, "shape with edges")?;
+        let mut notes = Vec::new();
+        let geometry = scene.object(&source)?.geometry();
+        let edges = Edges::of(geometry).ok_or_else(|| {
+            let problem = format!(
+                "\"{source}\" is {}, which has no edges: name a surface or a brep",
+                a(geometry.kind())
+            );
+            p.error("object", problem)
+        })?;
+        let index = match p.value("edge") {
+            Some(value) if value.is_object() => {
+                let place = p.table("edge")?;
+                place.check(&[Field::required("closest", "[x, y, z]", "a point")])?;
+                let (index, note) = edges.nearest(place.point("closest")?, &source, scene, p)?;
+                notes.push(note);
+                index
+            }
+            _ => edges.named(Edge::from_parameters(p, "edge")?, p)?,
+        };
+        let curve = edges.curve(index).map_err(named(&source))?;
+        let called = edges.name(index);
+        // Its name is u1, or edge 3.
+        let short =
+            called.strip_prefix("edge ").filter(|rest| rest.starts_with(['u', 'v'])).unwrap_or(&called);
+        let name = free_name(scene, p, &format!("{source} {short}"))?;
+        let object = like(scene, &source, &name, curve.into());
+        scene.add(object)?;
+        Ok(made("edge", name, notes))
+    }
+}
+
+/// What has edges.
+enum Edges<'a> {
+    /// A surface, trimmed or not, or a plug-in's shape.
+    Shape(&'a Geometry),
+    Brep(&'a Brep),
+}
+
+impl<'a> Edges<'a> {
+    fn of(geometry: &'a Geometry) -> Option<Self> {
+        match geometry {
+            Geometry::Brep(brep) => Some(Self::Brep(brep)),
+            other => other.shape().ok().map(|_| Self::Shape(geometry)),
+        }
+    }
+
+    fn count(&self) -> loftsman_kernel::Result<usize> {
+        match self {
+            Self::Shape(geometry) => Ok(edges_of(geometry.shape()?, "edge")?.count()),
+            Self::Brep(brep) => Ok(brep.edge_count()),
+        }
+    }
+
+    /// The edge of a name; a Brep has numbers only.
+    fn named(&self, edge: Edge, p: &Parameters) -> Result<usize, ParameterError> {
+        match (self, edge) {
+            (Self::Shape(geometry), edge) => {
+                let number = geometry.shape().and_then(|shape| edge.number_on(shape));
+                number.map_err(|problem| p.error("edge", problem.to_string()))
+            }
+            (Self::Brep(brep), Edge::Number(index)) if index < brep.edge_count() => Ok(index),
+            (Self::Brep(brep), edge) => {
+                let last = brep.edge_count().saturating_sub(1);
+                let problem = format!(
+                    "there is no {}: the brep's edges are \"edge 0\" to \"edge {last}\"; {{ closest = [x, y, z] }} is the one nearest to a point",
+                    edge.called()
+                );
+                Err(p.error("edge", problem))
+            }
+        }
+    }
+
+    /// The edge that comes nearest to a point, of several the first, and what is said of it.
+    fn nearest(
+        &self,
+        point: Point,
+        source: &str,
+        scene: &Scene,
+        p: &Parameters,
+    ) -> Result<(usize, String), OperationError> {
+        let mut found = Vec::new();
+        for index in 0..self.count().map_err(named(source))? {
+            let curve = self.curve(index).map_err(named(source))?;
+            found.push(curve.closest(point).map_err(named(source))?.distance);
+        }
+        let best = (0..found.len()).min_by(|&a, &b| found[a].total_cmp(&found[b]));
+        let Some(best) = best else {
+            return Err(p.error("edge", format!("\"{source}\" has no edges")).into());
+        };
+        let size = point.coords.amax().max(found[best]);
+        let as_near = found.iter().filter(|&&d| d <= found[best] + AS_NEAR * size).count() - 1;
+        let more = match as_near {
+            0 => String::new(),
+            1 => "; another is as near".to_owned(),
+            more => format!("; {more} others are as near"),
+        };
+        let away = scene.unit.quantity(loftsman_kernel::text::without_rounding(found[best], size), 1);
+        Ok((best, format!("{} comes nearest to the point: {away} away{more}", self.name(best))))
+    }
+
+    /// The edge as messages call it: `edge u1`, `edge 3`.
+    fn name(&self, index: usize) -> String {
+        match self {
+            Self::Shape(geometry) => {
+                let of =
+                    |shape| edges_of(shape, "edge").ok()?.edge(index).map(|edge| edge.called().into_owned());
+                geometry.shape().ok().and_then(of).unwrap_or_else(|| format!("edge {index}"))
+            }
+            Self::Brep(_) => format!("edge {index}"),
+        }
+    }
+
+    /// The edge from its start to its end.
+    fn curve(&self, index: usize) -> loftsman_kernel::Result<Curve> {
+        match self {
+            Self::Shape(geometry) => Ok(EdgeCurve::of(geometry.shape()?, index, "edge")?.curve),
+            Self::Brep(brep) => {
+                let none = || Error::Invalid(format!("there is no edge {index}"));
+                let edge = brep.edge(index).ok_or_else(none)?;
+                let (from, to) = edge.range;
+                let whole = edge.curve.domain() == edge.range;
+                if whole { Ok(edge.curve) } else { edge.curve.between(from, to) }
+            }
+        }
+    }
+}
