@@ -72,6 +72,8 @@ struct Piece {
     u: (f64, f64),
     v: (f64, f64),
     net: Vec<Homogeneous>,
+    /// How far, about, one step of the parameters' last digit goes, where that is more than rounding: its bound is larger by so much than the piece.
+    resolution: f64,
     /// The spans of a piece that is not yet in Bézier form.
     spans: (usize, usize),
 }
@@ -118,7 +120,15 @@ impl Curve {
                 box_distance((span - p..=span).map(|k| self.points()[space.vertex(k)] - point));
             size = size.max(far);
             let u = (space.flat()[span], end_of(space, span));
-            pieces.push(Piece { bound, order: span, u, v: u, net: Vec::new(), spans: (span, 0) });
+            pieces.push(Piece {
+                bound,
+                order: span,
+                u,
+                v: u,
+                net: Vec::new(),
+                resolution: 0.0,
+                spans: (span, 0),
+            });
         }
         let mut best = Best::new(space.domain().0, size);
         let evaluate = |u: f64| self.point(u).map(|c| (c, (c - point).norm()));
@@ -168,6 +178,7 @@ impl Curve {
                     u,
                     v: u,
                     net,
+                    resolution: 0.0,
                     spans: (0, 0),
                 });
             }
@@ -220,7 +231,7 @@ impl Surface {
     /// # Errors
     /// As for [`closest`](Self::closest).
     pub fn nearly_closest(&self, point: Point, absolute: f64, relative: f64) -> Result<Closest<(f64, f64)>> {
-        self.search(point, (absolute, relative), None)
+        Ok(self.search(point, (absolute, relative), None)?.0)
     }
 
     /// The closest point of the part of the surface that counts, to be better than a `start` (the nearest of the part's border): pieces that count
@@ -234,22 +245,26 @@ impl Surface {
         kept: &dyn Kept,
         start: (f64, f64),
     ) -> Result<Closest<(f64, f64)>> {
-        self.search(point, (0.0, 0.0), Some((kept, start)))
+        Ok(self.search(point, (0.0, 0.0), Some((kept, start)))?.0)
     }
 
+    /// The closest point, and how many pieces were looked at.
+    ///
+    /// Where a span is so short that its parameters' last digit is a way that matters (1e-9 at 1000), no parameter may stand for the nearest point: nothing nearer
+    /// by less than such a step is looked for there, and the gap says so.
     fn search(
         &self,
         point: Point,
         slack: (f64, f64),
         kept: Option<(&dyn Kept, (f64, f64))>,
-    ) -> Result<Closest<(f64, f64)>> {
+    ) -> Result<(Closest<(f64, f64)>, usize)> {
         check(point)?;
         if let Some(factor) = factor_for_squares(self.points(), point) {
             let weights = self.weights().map(<[f64]>::to_vec);
             let points = times(self.points(), factor);
             let scaled = Self::build(self.u().clone(), self.v().clone(), points, weights)?;
-            let found = scaled.search(point * factor, (slack.0 * factor, slack.1), kept)?;
-            return found.scaled_back(factor, |(u, v)| self.point(u, v));
+            let (found, count) = scaled.search(point * factor, (slack.0 * factor, slack.1), kept)?;
+            return Ok((found.scaled_back(factor, |(u, v)| self.point(u, v))?, count));
         }
         let (su, sv) = (self.u(), self.v());
         let (p, q) = (su.degree(), sv.degree());
@@ -262,7 +277,15 @@ impl Surface {
                 let (bound, far) = box_distance(block.map(|(r, c)| self.points()[index(r, c)] - point));
                 size = size.max(far);
                 let (u, v) = ((su.flat()[i], end_of(su, i)), (sv.flat()[j], end_of(sv, j)));
-                pieces.push(Piece { bound, order: pieces.len(), u, v, net: Vec::new(), spans: (i, j) });
+                pieces.push(Piece {
+                    bound,
+                    order: pieces.len(),
+                    u,
+                    v,
+                    net: Vec::new(),
+                    resolution: 0.0,
+                    spans: (i, j),
+                });
             }
         }
         let first = pieces.len();
@@ -280,7 +303,8 @@ impl Surface {
         let mut count = 0;
         while let Some(mut piece) = heap.pop() {
             if piece.bound >= best.enough() || count >= most {
-                best.open = piece.bound;
+                let left = heap.iter().map(|other| other.bound - other.resolution);
+                best.open = left.fold(best.open.min(piece.bound - piece.resolution), f64::min);
                 break;
             }
             count += 1;
@@ -296,11 +320,25 @@ impl Surface {
                     .map(|(r, c)| homogeneous(self.points(), self.weights(), index(r, c), point))
                     .collect();
                 piece.net = bezier_patch(su, sv, (i, j), net);
+                let steps = [
+                    step_of(piece.u, p) * extent(&piece.net, q + 1, 1),
+                    step_of(piece.v, q) * extent(&piece.net, 1, q + 1),
+                ];
+                let step = steps[0] + steps[1];
+                if step > ABSOLUTE * size {
+                    piece.resolution = step;
+                    piece.bound += step;
+                }
             }
             let (columns, rows) = (q + 1, p + 1);
+            let resolution = piece.resolution;
+            let worth = |best: &Best<_>| (best.enough() - resolution).max(0.0);
             let squares = product(&piece.net, rows, columns, |a, b| a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
             let weights = product(&piece.net, rows, columns, |a, b| a[3] * b[3]);
-            if nothing_closer(&squares, &weights, best.enough()) {
+            if nothing_closer(&squares, &weights, worth(&best)) {
+                if resolution > 0.0 {
+                    best.open = best.open.min(worth(&best));
+                }
                 continue;
             }
             // Corners too: towards a closest point on the surface's edge, middles would come closer only slowly, and
@@ -331,12 +369,16 @@ impl Surface {
             if share.is_none() && wide <= fine[0] && high <= fine[1] {
                 continue;
             }
-            if nothing_closer(&squares, &weights, best.enough()) {
+            if nothing_closer(&squares, &weights, worth(&best)) {
+                if resolution > 0.0 {
+                    best.open = best.open.min(worth(&best));
+                }
                 continue;
             }
             let splits_u = piece.u.0 < middle.0 && middle.0 < piece.u.1;
             let splits_v = piece.v.0 < middle.1 && middle.1 < piece.v.1;
             if !splits_u && !splits_v {
+                best.open = best.open.min(piece.bound - resolution);
                 continue;
             }
             // The longer way across the net is halved: pieces stay about as long as wide.
@@ -351,11 +393,12 @@ impl Surface {
                 } else {
                     (piece.u, pick(piece.v, middle.1))
                 };
-                let bound = net_bound(&net).max(piece.bound);
-                heap.push(Piece { bound, order: first + 2 * count + half, u, v, net, spans: (0, 0) });
+                let bound = (net_bound(&net) + resolution).max(piece.bound);
+                let order = first + 2 * count + half;
+                heap.push(Piece { bound, order, u, v, net, resolution, spans: (0, 0) });
             }
         }
-        Ok(best.answer())
+        Ok((best.answer(), count))
     }
 
     /// Newton's method on the squared distance from a start, damped so that it only ever comes closer, within the
@@ -397,6 +440,11 @@ impl Surface {
         }
         Ok(at)
     }
+}
+
+/// The last digit of a span's parameters, as a part of the span, and as many times as a piece of a degree may be quicker than on average.
+fn step_of((a, b): (f64, f64), degree: usize) -> f64 {
+    degree as f64 * f64::EPSILON * a.abs().max(b.abs()) / (b - a)
 }
 
 /// Where a span ends. Where the shape is torn there, its value at the knot is that of what follows: the number before the knot
@@ -746,5 +794,38 @@ mod tests {
             let found = curve.closest(Point::new(size, 0.3 * size, 0.1)).unwrap();
             assert!(found.gap <= 1e-9 * size, "{found:?}");
         }
+    }
+
+    /// A span 1e-9 long at 1000 has some ten thousand parameters only: places between them are nobody's, and no search looks for them.
+    #[test]
+    fn a_span_of_few_parameters_is_not_searched_beyond_them() {
+        let (a, b) = (1000.0, 1000.01);
+        let (low, high) = (1000.004_999_999, 1000.005);
+        let v = [[a; 4].as_slice(), &[low, high, high, high], &[b; 4]].concat();
+        let (u, v) = (Space::clamped_uniform(3, 4).unwrap(), Space::open(3, v).unwrap());
+        let columns = v.len();
+        let at = |k: usize| {
+            let (i, j) = ((k / columns) as f64 / 3.0, (k % columns) as f64 / (columns - 1) as f64);
+            Point::new(i, j, 0.3 * (5.0 * i).sin() * (4.0 * j).cos())
+        };
+        let sheet = Surface::new(u, v, (0..4 * columns).map(at).collect()).unwrap();
+        let mut most = 0;
+        for (x, y) in [(0.1, 0.25), (0.3, 0.3), (0.5, 0.4), (0.6, 0.5), (0.9, 0.45), (0.5, 0.6)] {
+            for z in [-0.4, -0.05, 0.0, 0.07, 0.3] {
+                let point = Point::new(x, y, z);
+                let (found, count) = sheet.search(point, (0.0, 0.0), None).unwrap();
+                most = most.max(count);
+                assert!(found.gap <= 2e-4 * (1.0 + found.distance), "{point}: {found:?}");
+                let pieces = [(a, low), (low, high), (high, b)];
+                for (k, (from, to)) in (0..=60).flat_map(|k| pieces.map(|piece| (k, piece))) {
+                    for l in 0..=60 {
+                        let at = from + (to - from) * f64::from(l) / 60.0;
+                        let sample = sheet.point(f64::from(k) / 60.0, at.min(to)).unwrap();
+                        assert!((sample - point).norm() >= found.distance - found.gap, "{point}: {found:?}");
+                    }
+                }
+            }
+        }
+        assert!(most < 2000, "{most}");
     }
 }

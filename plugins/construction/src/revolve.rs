@@ -9,7 +9,8 @@ use loftsman_kernel::shape::Shape;
 use loftsman_kernel::spline::{Curve, Direction, Surface};
 use loftsman_kernel::{Error, Point, Vector};
 
-use crate::fields::{NAME, direction, free_name, like, made, named, point_or_origin, turn};
+use crate::fields::{NAME, direction, figure, free_name, like, long, made, named, point_or_origin, turn};
+use crate::symmetrize::{Mirror, crossings};
 
 /// What lies nearer to the axis than this part of the curve's size is on it, to rounding.
 const ON_AXIS: f64 = 1e-14;
@@ -79,13 +80,14 @@ impl Operation for Revolve {
         }
         let name = free_name(scene, p, &format!("{source} revolved"))?;
         let (u, v) = (surface.u(), surface.v());
-        let notes = vec![format!(
+        let mut notes = vec![format!(
             "degree {} × {}, {} × {} control vertices",
             u.degree(),
             v.degree(),
             u.len(),
             v.len()
         )];
+        notes.extend(crossed(curve, point, axis)?);
         let area = measured(context, "surface-area", &surface);
         let object = like(scene, &source, &name, surface.into());
         scene.add(object)?;
@@ -101,6 +103,43 @@ fn on_axis(curve: &Curve, point: Point, axis: Vector) -> bool {
         let arm = p - point;
         (arm - direction * direction.dot(&arm)).amax() <= ON_AXIS * size
     })
+}
+
+/// What is said of a profile, a curve in a plane through the axis, that runs over to the other side of it.
+fn crossed(curve: &Curve, point: Point, axis: Vector) -> Result<Option<String>, OperationError> {
+    /// So many places are told.
+    const TOLD: usize = 8;
+    let direction = (axis / axis.amax()).normalize();
+    let arm = |p: &Point| {
+        let arm = p - point;
+        arm - direction * direction.dot(&arm)
+    };
+    let furthest = curve.points().iter().map(arm).max_by(|x, y| long(x).total_cmp(&long(y)));
+    let Some(furthest) = furthest else { return Ok(None) };
+    let outwards = (furthest / furthest.amax()).normalize();
+    let across = direction.cross(&outwards);
+    // Off a plane through the axis it may go round that, and crosses nothing.
+    if curve.points().iter().any(|p| arm(p).dot(&across).abs() > ON_AXIS * long(&furthest)) {
+        return Ok(None);
+    }
+    let places = crossings(curve, &Mirror::new(point, outwards)?)?;
+    if places.is_empty() {
+        return Ok(None);
+    }
+    let told = places.iter().take(TOLD).map(|u| {
+        let p = curve.point(*u)?;
+        let [x, y, z] = [p.x, p.y, p.z].map(figure);
+        Ok(format!("({x}, {y}, {z})"))
+    });
+    let told = told.collect::<Result<Vec<_>, Error>>()?.join(", ");
+    let rest = match places.len().saturating_sub(TOLD) {
+        0 => String::new(),
+        more => format!(" and {more} more places"),
+    };
+    Ok(Some(format!(
+        "the profile crosses the axis at {told}{rest}: the surface runs through itself there, and what comes of one side looks inwards; move the \
+         profile or the axis until all of it is on one side, or cut it there (`split`) and turn one side only"
+    )))
 }
 
 /// Whether a curve runs along circles about an axis everywhere, to rounding: of a piece of degree `p` at more places than it can do so without doing so all along.

@@ -195,6 +195,11 @@ pub fn symmetrize(curve: &Curve, mirror: &Mirror, half: Half) -> Result<Symmetri
     if closed && curve.is_periodic() {
         shape = shape.to_periodic(1e-14 * size)?.shape;
     }
+    // It begins at the parameter at which the curve began: what is symmetric already stays as it is, its parameters, too.
+    let (begin, over) = shape.domain();
+    if !closed && begin != start {
+        shape = shape.reparametrise(start, start + (over - begin))?;
+    }
     Ok(Symmetric { shape, moved: None, corners })
 }
 
@@ -359,7 +364,7 @@ fn missing(space: &Space, wanted: &Space) -> Vec<f64> {
 }
 
 /// The parameters where a curve changes sides; the seam of a closed curve once.
-fn crossings(curve: &Curve, mirror: &Mirror) -> Result<Vec<f64>> {
+pub(crate) fn crossings(curve: &Curve, mirror: &Mirror) -> Result<Vec<f64>> {
     let (a, b) = curve.domain();
     let size = curve.points().iter().map(|p| long(&(p - curve.points()[0]))).fold(0.0, f64::max);
     let closes = curve.is_periodic() || long(&(curve.point(a)? - curve.point(b)?)) <= CLOSED * size;

@@ -412,3 +412,31 @@ fn several_curves_are_sampled_in_one_step() {
         named.objects().iter().map(Object::name).collect::<Vec<_>>()
     );
 }
+
+/// A profile on both sides of the axis makes a surface that runs through itself: where is told, and what to do. One that begins, ends or bends in the axis, or
+/// passes beside it, is none.
+#[test]
+fn a_profile_across_the_axis_is_told_where() {
+    let p = Point::new;
+    let told = |curve: Curve| {
+        let mut scene = Scene::new();
+        scene.add(Object::new("profile", curve.into())).unwrap();
+        let notes = run(&mut scene, "revolve", json!({})).unwrap().notes.join("; ");
+        notes.contains("crosses the axis").then_some(notes)
+    };
+    let ring = told(Curve::circle(p(3.0, 0.0, 0.0), Vector::y(), 5.0).unwrap()).unwrap();
+    assert!(ring.contains("0, -4)") && ring.contains("0, 4)") && ring.contains("`split`"), "{ring}");
+    let line = told(Curve::line(p(-1.0, 0.0, 5.0), p(2.0, 0.0, 8.0)).unwrap()).unwrap();
+    assert!(line.contains(", 6)") && line.contains("move the profile or the axis"), "{line}");
+    let arch = |x: f64| vec![p(0.0, 0.0, 0.0), p(x, 0.0, 1.0), p(x, 0.0, 2.0), p(0.0, 0.0, 3.0)];
+    for clear in [
+        Curve::circle(p(7.0, 0.0, 0.0), Vector::y(), 5.0).unwrap(),
+        Curve::bezier(arch(2.0)).unwrap(),
+        Curve::bezier(arch(-2.0)).unwrap(),
+        Curve::line(p(-1.0, 1.0, 5.0), p(2.0, 1.0, 8.0)).unwrap(),
+        Curve::bezier(vec![p(1.0, 0.0, 0.0), p(-1.0, 0.0, 1.0), p(1.0, 0.0, 2.0)]).unwrap(),
+    ] {
+        let told = told(clear);
+        assert!(told.is_none(), "{told:?}");
+    }
+}

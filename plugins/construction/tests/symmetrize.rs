@@ -726,3 +726,40 @@ fn why_a_half_of_a_surface_is_refused_is_true() {
     let told = symmetrize_surface_best(&hood, &below, Half::Back).unwrap_err().to_string();
     assert!(told.contains("keep the other half"), "{told}");
 }
+
+/// A half of what was made of a half is that, parameters and all, however often: of curves open and closed, and of surfaces.
+#[test]
+fn a_half_again_has_the_same_parameters() {
+    let plane = Mirror::new(Point::new(0.25, 0.0, 0.0), Vector::x()).unwrap();
+    let near = |x: (f64, f64), y: (f64, f64)| (x.0 - y.0).abs() < 1e-12 && (x.1 - y.1).abs() < 1e-12;
+    for rational in [false, true] {
+        let closed = Curve::circle(Point::new(0.1, 0.2, 0.0), Vector::z(), 1.5).unwrap();
+        for curve in [wave(Space::clamped_uniform(3, 8).unwrap(), rational), closed] {
+            for half in [Half::Front, Half::Back] {
+                let once = symmetrize(&curve, &plane, half).unwrap().shape;
+                let twice = symmetrize(&once, &plane, half).unwrap().shape;
+                assert!(near(once.domain(), twice.domain()), "{:?} {:?}", once.domain(), twice.domain());
+                for (x, y) in once.space().flat().iter().zip(twice.space().flat()) {
+                    assert!((x - y).abs() < 1e-12, "{x} {y}");
+                }
+                for (p, q) in once.points().iter().zip(twice.points()) {
+                    assert!((p - q).norm() < 1e-12, "{p} {q}");
+                }
+            }
+        }
+    }
+    let (u, v) = (Space::clamped_uniform(3, 8).unwrap(), Space::clamped_uniform(2, 4).unwrap());
+    let greville: Vec<f64> = (0..8).map(|i| u.greville(i)).collect();
+    let at = |k: usize| Point::new(greville[k / 4] - 1.3, (k % 4) as f64, (k as f64).sin());
+    let sheet = Surface::new(u, v, (0..32).map(at).collect()).unwrap();
+    let plane = Mirror::new(Point::new(0.3, 0.0, 0.0), Vector::x()).unwrap();
+    for half in [Half::Front, Half::Back] {
+        let once = symmetrize_surface(&sheet, &plane, Direction::U, half).unwrap().shape;
+        let twice = symmetrize_surface(&once, &plane, Direction::U, half).unwrap().shape;
+        assert!(near(once.u().domain(), twice.u().domain()), "{:?}", twice.u().domain());
+        assert!((once.u().domain().0 - sheet.u().domain().0).abs() < 1e-12);
+        for (p, q) in once.points().iter().zip(twice.points()) {
+            assert!((p - q).norm() < 1e-12, "{p} {q}");
+        }
+    }
+}

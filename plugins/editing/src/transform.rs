@@ -62,6 +62,11 @@ impl Operation for Transform {
             );
             return Err(p.error("", problem).into());
         }
+        // A mesh's faces are turned with it; a surface's normal is what its parameters say.
+        let turned = match (object.geometry(), &moved) {
+            (Geometry::Surface(_), Geometry::Surface(_)) => is_mirror(&map),
+            _ => false,
+        };
         let animation = object.animation.clone();
         let mut moved_frames = None;
         if let Some(mut animation) = animation {
@@ -80,8 +85,23 @@ impl Operation for Transform {
         }
         scene.replace(&name, moved)?;
         scene.object_mut(&name)?.animation = moved_frames;
-        Ok(StepReport { op: "transform".into(), object: Some(name), ..StepReport::default() })
+        let note = "it is a mirror image, so that its normals point to the other side of it: `reverse` turns them back";
+        let notes = turned.then(|| note.to_owned()).into_iter().collect();
+        Ok(StepReport { op: "transform".into(), object: Some(name), notes, ..StepReport::default() })
     }
+}
+
+/// Whether a map makes a right hand a left one.
+fn is_mirror(map: &Matrix4<f64>) -> bool {
+    // Row by row over its largest number: the sign is the same, and products neither overflow nor vanish.
+    let mut linear: Matrix3<f64> = map.fixed_view::<3, 3>(0, 0).into_owned();
+    for mut row in linear.row_iter_mut() {
+        let largest = row.amax();
+        if largest > 0.0 {
+            row /= largest;
+        }
+    }
+    linear.determinant() < 0.0
 }
 
 /// The longest side of the box of points; infinite where it overflows.

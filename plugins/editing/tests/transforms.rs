@@ -4,7 +4,7 @@
 use loftsman_editing::Editing;
 use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry};
 use loftsman_kernel::scene::{Definition, Geometry, Object, Scene};
-use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use serde_json::{Value, json};
 
@@ -155,4 +155,26 @@ fn an_instance_moves_with_all_that_it_shows() {
     assert_eq!(scene.object("first").unwrap().transform.unwrap()[(1, 1)], 2.0);
     assert!(scene.object("second").unwrap().transform.is_none());
     assert_eq!(*scene.definition("d").unwrap().objects()[0].geometry(), Geometry::from(curve()));
+}
+
+/// A mirrored surface looks the other way, as nothing else of it says; `reverse` is the way back.
+#[test]
+fn a_mirrored_surface_tells_the_way_back() {
+    let mut registry = Registry::new();
+    registry.add(&Editing);
+    let ball = Surface::extrusion(&curve(), Vector::new(0.0, 1.0, 3.0)).unwrap();
+    let notes = |fields: Value| {
+        let mut scene = Scene::new();
+        scene.add(Object::new("s", ball.clone().into())).unwrap();
+        let operation = registry.find_operation("transform", "step[0].op").unwrap().clone();
+        let parameters = Parameters::new(fields, "step[0]").unwrap();
+        operation.apply(&mut scene, &parameters, &Context::quiet(&registry)).unwrap().notes.join("; ")
+    };
+    for factors in [[-1.0, 1.0, 1.0], [1.0, -1e-120, 1e-120], [-2.0, -3.0, -1e90]] {
+        let told = notes(json!({ "scale": factors }));
+        assert!(told.contains("mirror image") && told.contains("`reverse`"), "{factors:?}: {told}");
+    }
+    for factors in [[1.0, 1.0, 2.0], [-1.0, -1.0, 1.0]] {
+        assert_eq!(notes(json!({ "scale": factors })), "", "{factors:?}");
+    }
 }

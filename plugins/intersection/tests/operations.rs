@@ -307,6 +307,14 @@ fn sections_of_breps_and_trimmed_surfaces_are_curves_beside_them() {
     );
     let notes = report.unwrap().notes;
     assert_eq!(notes, ["face 1 lies in the plane through (0, 0, 1): not cut"]);
+    // Through a vertex: what is cut was found beside it, and is no further off than that is told.
+    let plane = json!({ "point": [0, 0, 0], "normal": [1, -0.5, -0.7] });
+    let report =
+        run(&mut scene, "section", json!({ "object": "block", "name": "corner", "plane": plane })).unwrap();
+    let moved = report.notes.iter().find(|note| note.contains("passes a vertex")).unwrap();
+    let moved: f64 = moved.split("was found ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    let distance = report.numbers["distance"].as_f64().unwrap();
+    assert!(moved > 0.0 && moved <= 1.001 * distance && distance < 1e-5, "{moved} {report:?}");
     let sample = loftsman_kernel::conformance::sample_scene();
     let window = sample.object("window").unwrap().geometry().clone();
     scene.add(Object::new("window", window)).unwrap();

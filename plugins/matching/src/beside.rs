@@ -2,19 +2,29 @@
 
 use std::any::Any;
 
-use loftsman_kernel::Point;
 use loftsman_kernel::error::{Error, Result};
 use loftsman_kernel::functional::{Edge, On, Shapes};
 use loftsman_kernel::shape::{Derivative, Location, Shape, Stencil};
 use loftsman_kernel::spline::{Conversion, Curve, Space};
 use loftsman_kernel::topology::{EdgeCurve, TOGETHER};
+use loftsman_kernel::{Point, Vector};
 
 /// Places at which edge and curve are compared to find the way round.
 const COMPARED: usize = 17;
 /// The most places of a closed curve that are tried as its start.
 const STARTS: usize = 64;
-/// Where edge and curve are not to be equal, so many times as many places show how far they are apart.
+/// Places at which two closed ones are compared, and as many starts that are tried evenly.
+const ROUND: usize = 64;
+/// Golden sections of the way between two of these starts: the start is known to 1e-8 of a turn.
+const SECTIONS: usize = 40;
+/// A start at which breakpoints lie beside one another is as good as the best one where its squared distances are no more than this part larger …
+const AS_NEAR: f64 = 0.02;
+/// … or differ by no more than the squares of this part of the edge's size.
+const TURNED: f64 = 1e-6;
+/// Where edge and curve are not to be equal, so many times as many places show how far they are apart …
 const FINER: usize = 16;
+/// … and where that were more than these altogether, fewer of each piece, but twice as many as its degrees.
+const PLACES: usize = 2048;
 /// So near to a knot, as a part of the domain, a place is that shows what is on one side of it.
 const WITHIN: f64 = 1e-9;
 
@@ -30,8 +40,8 @@ pub(crate) struct Beside {
 }
 
 /// How a curve's own parameters go along with the edge's.
-#[derive(Debug, Clone, Copy)]
-struct Track {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Track {
     edge: (f64, f64),
     curve: (f64, f64),
     /// Where the curve starts.
@@ -68,55 +78,33 @@ impl Track {
 }
 
 impl Beside {
-    /// How a curve lies beside an edge now: it is run through the way, and where both are closed from the place (a breakpoint, or
-    /// the one nearest to the edge's start), that brings the two nearest to one another.
+    /// How a curve lies beside an edge now: it is run through the way, and where both are closed from the place, that brings the two nearest to one another
+    /// (least squares over even parameters, seen from their middles). That place may be anywhere; where breakpoints lie beside one another at a place that is
+    /// about as good, it is that one, since there the edge may be the curve exactly; of an edge with a seam, and of what is to be that (`exact`), whether it is as good or not.
     ///
     /// # Errors
     /// When the edge is a point, or numbers overflow.
-    pub(crate) fn new(edge: EdgeCurve, curve: &Curve) -> Result<Self> {
-        let spread = edge.spread();
-        if spread == 0.0 {
+    pub(crate) fn new(edge: EdgeCurve, curve: &Curve, exact: bool) -> Result<Self> {
+        if edge.spread() == 0.0 {
             let name = edge.edge.called();
             return Err(Error::Invalid(format!(
                 "{name} is a point (a pole), which runs along nothing: name another edge"
             )));
         }
-        let domains = (edge.curve.domain(), curve.domain());
-        let track = |start, reversed| Track { edge: domains.0, curve: domains.1, start, reversed };
-        let (c, d) = domains.1;
-        let mut tracks = vec![track(c, false), track(d, true)];
-        if closed(&edge.curve)? && closed(curve)? {
-            let breaks = curve.space().breakpoints();
-            let inner = breaks.iter().copied().filter(|&k| k > c && k < d).take(STARTS);
-            for start in inner {
-                tracks.extend([track(start, false), track(start, true)]);
-            }
-            // Where the breakpoints of both agree, they are to: the edge may then be the curve exactly.
-            let alike = |track: &Track| track.agrees(edge.curve.space(), curve.space());
-            if tracks.iter().any(alike) {
-                tracks.retain(alike);
-            } else {
-                let nearest = curve.closest(edge.curve.point(domains.0.0)?)?.at;
-                tracks.extend([track(nearest, false), track(nearest, true)]);
-            }
-        }
-        let (a, b) = domains.0;
-        let places: Vec<(f64, Point)> = (0..COMPARED)
-            .map(|i| a + (b - a) * i as f64 / (COMPARED - 1) as f64)
-            .map(|t| Ok((t, edge.curve.point(t.min(b))?)))
-            .collect::<Result<_>>()?;
-        let mut best: Option<(f64, Track)> = None;
-        for track in tracks {
-            let mut far = 0.0;
-            for (t, point) in &places {
-                far += (curve.point(track.there(*t))? - point).norm();
-            }
-            // Where two ways are as near, the first: straight on, from the start.
-            if best.is_none_or(|(least, _)| far < least * (1.0 - TOGETHER)) {
-                best = Some((far, track));
-            }
-        }
-        let track = best.map_or(track(c, false), |(_, track)| track);
+        let track = if closed(&edge.curve)? && closed(curve)? {
+            round(&edge, curve, exact)?
+        } else {
+            straight(&edge.curve, curve)?
+        };
+        Self::along(edge, curve, track)
+    }
+
+    /// The same, the way and the start being known.
+    ///
+    /// # Errors
+    /// When numbers overflow.
+    pub(crate) fn along(edge: EdgeCurve, curve: &Curve, track: Track) -> Result<Self> {
+        let ((a, b), (c, d)) = (edge.curve.domain(), curve.domain());
         let mut turned = curve.clone();
         let mut start = track.start;
         if track.reversed {
@@ -125,6 +113,11 @@ impl Beside {
         }
         let turned = if start > c && start < d { turned.started_at(start)? } else { turned };
         Ok(Self { edge, curve: turned.reparametrise(a, b)?, track })
+    }
+
+    /// How the curve's own parameters go along with the edge's.
+    pub(crate) fn track(&self) -> Track {
+        self.track
     }
 
     /// The curve's own parameter beside the edge's `t`.
@@ -212,7 +205,9 @@ impl Beside {
         let (a, b) = self.edge.curve.domain();
         breaks.dedup_by(|x, y| *x - *y <= TOGETHER * (b - a));
         let degrees = self.edge.curve.degree() + self.curve.degree();
-        let each = if exact { degrees + 1 } else { FINER * degrees };
+        let pieces = breaks.len().saturating_sub(1).max(1);
+        let each =
+            if exact { degrees + 1 } else { (FINER * degrees).min((PLACES / pieces).max(2 * degrees)) };
         let nodes = |piece: &[f64]| {
             let (middle, half) = (0.5 * piece[0] + 0.5 * piece[1], 0.5 * (piece[1] - piece[0]));
             let angle = move |i: usize| std::f64::consts::PI * (i as f64 + 0.5) / each as f64;
@@ -241,6 +236,110 @@ impl Beside {
     pub(crate) fn at(&self, t: f64) -> Location {
         self.edge.edge.at(t)
     }
+}
+
+/// Straight on or backwards, whichever is nearer; of equals straight on.
+fn straight(edge: &Curve, curve: &Curve) -> Result<Track> {
+    let ((a, b), (c, d)) = (edge.domain(), curve.domain());
+    let tracks = [(c, false), (d, true)].map(|(start, reversed)| Track {
+        edge: (a, b),
+        curve: (c, d),
+        start,
+        reversed,
+    });
+    let mut far = [0.0; 2];
+    for i in 0..COMPARED {
+        let t = (a + (b - a) * i as f64 / (COMPARED - 1) as f64).min(b);
+        let point = edge.point(t)?;
+        for (far, track) in far.iter_mut().zip(&tracks) {
+            *far += (curve.point(track.there(t))? - point).norm();
+        }
+    }
+    Ok(tracks[usize::from(far[1] < far[0] * (1.0 - TOGETHER))])
+}
+
+/// The way and the start at which a closed curve is nearest to a closed edge. A grid of starts, then golden sections. `O(1)` places of both, and the
+/// breakpoints of the curve up to some number of them.
+fn round(edge: &EdgeCurve, curve: &Curve, exact: bool) -> Result<Track> {
+    let size = edge.spread();
+    let edge = &edge.curve;
+    let ((a, b), (c, d)) = (edge.domain(), curve.domain());
+    let track = |start: f64, reversed: bool| {
+        // The start of a curve run backwards is its end.
+        let start = if reversed && start <= c {
+            d
+        } else if !reversed && start >= d {
+            c
+        } else {
+            start
+        };
+        Track { edge: (a, b), curve: (c, d), start, reversed }
+    };
+    let share = |k: usize| k as f64 / ROUND as f64;
+    let places: Vec<f64> = (0..ROUND).map(|k| a + (b - a) * share(k)).collect();
+    let own = places.iter().map(|t| edge.point(*t)).collect::<Result<Vec<_>>>()?;
+    let grid = (0..ROUND).map(|k| curve.point(c + (d - c) * share(k))).collect::<Result<Vec<_>>>()?;
+    // How far they are apart, but for where their middles are, which no start changes: there would be nothing to see of it beside a wide gap.
+    let apart = |there: &dyn Fn(usize) -> Result<Point>| -> Result<f64> {
+        let ways = own.iter().enumerate().map(|(k, p)| Ok(there(k)? - p)).collect::<Result<Vec<_>>>()?;
+        let middle = ways.iter().sum::<Vector>() / ROUND as f64;
+        Ok(ways.iter().map(|way| ((way - middle) / size).norm_squared()).sum())
+    };
+    let of = |track: &Track| apart(&|k| curve.point(track.there(places[k])));
+    let mut least: Option<(f64, usize, bool)> = None;
+    for reversed in [false, true] {
+        for start in 0..ROUND {
+            let there = |k: usize| if reversed { (start + ROUND - k) % ROUND } else { (start + k) % ROUND };
+            let far = apart(&|k| Ok(grid[there(k)]))?;
+            // Of equals the first: straight on, from the start.
+            if least.is_none_or(|(least, ..)| far < least * (1.0 - TOGETHER)) {
+                least = Some((far, start, reversed));
+            }
+        }
+    }
+    let (_, start, reversed) = least.unwrap_or((0.0, 0, false));
+    let turn = |share: f64| track(c + (d - c) * share.rem_euclid(1.0), reversed);
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let (mut low, mut high) = (share(start) - share(1), share(start) + share(1));
+    let inner = |low: f64, high: f64| [high - golden * (high - low), low + golden * (high - low)];
+    let mut values = [0.0; 2];
+    for (value, at) in values.iter_mut().zip(inner(low, high)) {
+        *value = of(&turn(at))?;
+    }
+    for _ in 0..SECTIONS {
+        let [x, y] = inner(low, high);
+        if values[0] <= values[1] {
+            high = y;
+            values = [of(&turn(inner(low, high)[0]))?, values[0]];
+        } else {
+            low = x;
+            values = [values[1], of(&turn(inner(low, high)[1]))?];
+        }
+    }
+    let mut best = turn(0.5 * low + 0.5 * high);
+    let mut far = of(&best)?;
+    let breaks = curve.space().breakpoints();
+    let inside = breaks.iter().copied().filter(|&k| k > c && k < d).take(STARTS);
+    let starts: Vec<Track> = std::iter::once(c)
+        .chain(inside)
+        .flat_map(|start| [false, true].map(|way| track(start, way)))
+        .collect();
+    // Those are better as well where the grid was too coarse.
+    let mut alike: Option<(f64, Track)> = None;
+    for track in starts {
+        let found = of(&track)?;
+        if found < far * (1.0 - TOGETHER) {
+            (far, best) = (found, track);
+        }
+        let nearer = alike.is_none_or(|(least, _)| found < least * (1.0 - TOGETHER));
+        if nearer && track.agrees(edge.space(), curve.space()) {
+            alike = Some((found, track));
+        }
+    }
+    let enough = far * (1.0 + AS_NEAR) + ROUND as f64 * TURNED * TURNED;
+    // An edge with a seam would have to be torn or bent at knots of its own for a start between those of the curve.
+    let exact = exact || !edge.space().is_periodic();
+    Ok(alike.filter(|(found, _)| exact || *found <= enough).map_or(best, |(_, track)| track))
 }
 
 /// Whether a curve ends where it starts, and is not a point.

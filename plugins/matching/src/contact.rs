@@ -1,8 +1,11 @@
 //! Contact of two surfaces at one place: tangent planes, and normal curvatures square to the edge.
 
+use std::any::Any;
+
 use loftsman_kernel::Vector;
 use loftsman_kernel::error::{Error, Figure, Result};
 use loftsman_kernel::shape::{BoundaryEdge, Derivative, Location, Shape};
+use loftsman_kernel::spline::Surface;
 
 /// A tangent plane of which nothing is left but this part, of what its vectors' lengths allow, is none.
 const FLAT: f64 = 1e-10;
@@ -37,6 +40,20 @@ impl Jet {
     /// # Errors
     /// As for [`Shape::stencil`].
     fn new(shape: &dyn Shape, at: Location, by: Partials) -> Result<Self> {
+        let any: &dyn Any = shape;
+        // A surface gives them all at once.
+        if let (Some(surface), Location::Surface(u, v)) = (any.downcast_ref::<Surface>(), at) {
+            let mut all = [Vector::zeros(); 9];
+            surface.derivatives_into(u, v, [2, 2], &mut all)?;
+            let value = |along, across| {
+                let by = by.of(along, across);
+                all[3 * by.u + by.v]
+            };
+            return Ok(Self {
+                first: [value(1, 0), value(0, 1)],
+                second: [value(2, 0), value(1, 1), value(0, 2)],
+            });
+        }
         let value = |along, across| shape.value(at, by.of(along, across));
         Ok(Self { first: [value(1, 0)?, value(0, 1)?], second: [value(2, 0)?, value(1, 1)?, value(0, 2)?] })
     }

@@ -99,7 +99,7 @@ impl EdgeOn {
         }
         let curve = curve_of(shapes, &self.curve, &what)?;
         let edge = edge_of(shapes, &self.on, self.edge, &what)?;
-        let beside = Beside::new(edge, curve)?;
+        let beside = Beside::new(edge, curve, self.tolerance.is_none())?;
         let places = |exact: bool| -> Result<Vec<_>> {
             let each = beside.between(exact).into_iter();
             each.map(|t| Ok((beside.at(t), beside.curve.point(t)?))).collect()

@@ -12,7 +12,7 @@ use loftsman_kernel::shape::{Derivative, Stencil, strips};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::topology::EdgeCurve;
 
-use crate::beside::{Beside, edge_of};
+use crate::beside::{Beside, Track, edge_of};
 use crate::contact::{Contact, Frame, Partials};
 use crate::deviation::{Deviation, Limits};
 use crate::edge_on::{OBJECT, named, rows, tolerance, unbound};
@@ -46,6 +46,8 @@ pub struct Matching {
     other_edge: Edge,
     continuity: usize,
     limits: Limits,
+    /// Whether a periodic edge may begin between the knots of the other.
+    free: bool,
     bound: Option<Arc<Bound>>,
 }
 
@@ -57,7 +59,16 @@ pub fn matching(
     continuity: usize,
     limits: Limits,
 ) -> Matching {
-    Matching { on: On::default(), edge, other: other.into(), other_edge, continuity, limits, bound: None }
+    Matching {
+        on: On::default(),
+        edge,
+        other: other.into(),
+        other_edge,
+        continuity,
+        limits,
+        free: false,
+        bound: None,
+    }
 }
 
 /// What is fixed when an edit starts.
@@ -66,6 +77,8 @@ struct Bound {
     rows: Vec<(Stencil, Point)>,
     contacts: Vec<Contact>,
     between: Vec<Place>,
+    /// How the other edge's parameters go along with this one's.
+    track: Track,
     /// How far the edges may be apart between the places where they meet.
     distance: f64,
     /// What differences of curvatures are measured by: the largest curvature of the surface that stands still.
@@ -85,6 +98,13 @@ impl Matching {
     #[must_use]
     pub fn on(mut self, shape: impl Into<On>) -> Self {
         self.on = shape.into();
+        self
+    }
+
+    /// The same, a periodic edge beginning between knots of the other where the two are nearest there.
+    #[must_use]
+    pub(crate) fn free(mut self, free: bool) -> Self {
+        self.free = free;
         self
     }
 
@@ -110,7 +130,7 @@ impl Matching {
         let other = shapes.get(self.other.shape)?;
         let there = edge_of(shapes, &self.other, self.other_edge, &self.describe())?;
         let edge = edge_of(shapes, &self.on, self.edge, &self.describe())?;
-        let beside = Beside::new(edge, &there.curve)?;
+        let beside = Beside::along(edge, &there.curve, bound.track)?;
         let near = self.near(shapes, &bound)?;
         let step = self.step(shapes)?;
         let at = |t: f64| -> Result<Option<Deviation>> {
@@ -194,7 +214,7 @@ impl Matching {
         }
         let edge = edge_of(shapes, &self.on, self.edge, &what)?;
         let size = edge.spread().max(there.spread());
-        let beside = Beside::new(edge, &there.curve)?;
+        let beside = Beside::new(edge, &there.curve, limits.distance.is_none() || !self.free)?;
         let (rows, exact) = rows(&beside, shapes, &self.on, limits.distance, &what)?;
         let step = self.step(shapes)?;
         let contact = |t: f64| -> Result<Contact> {
@@ -219,8 +239,18 @@ impl Matching {
         let (curvature, flat) = (curvature.max(rounding), curvature <= rounding);
         let distance = limits.distance.unwrap_or(ROUNDING * size);
         let apart = ROUNDING * size;
-        let mut bound =
-            Bound { rows, contacts, between, distance, curvature, square, flat, apart, folded: false };
+        let mut bound = Bound {
+            rows,
+            contacts,
+            between,
+            track: beside.track(),
+            distance,
+            curvature,
+            square,
+            flat,
+            apart,
+            folded: false,
+        };
         bound.folded = self.continuity > 0 && Deviation::folded(&self.deviations(shapes, &bound)?);
         Ok(Arc::new(bound))
     }
@@ -528,6 +558,7 @@ impl DeclaredFunctional for Matching {
             on: On::from_parameters(p, names)?,
             continuity,
             limits: limits(p, continuity)?,
+            free: false,
             bound: None,
         })
     }

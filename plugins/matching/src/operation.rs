@@ -4,7 +4,7 @@ mod remedy;
 
 use std::any::Any;
 
-use loftsman_kernel::edit::{Ask, Edit, EditError, Edited, Metric};
+use loftsman_kernel::edit::{Ask, Corner, Edit, EditError, Edited, Metric};
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{Edge, Functional, On, Shapes};
 use loftsman_kernel::plugin::{
@@ -154,6 +154,8 @@ struct Asked {
     limited: bool,
     bend: bool,
     refine: bool,
+    /// Whether a periodic edge may begin between the knots of the other.
+    free: bool,
     unit: Unit,
 }
 
@@ -211,13 +213,14 @@ impl Asked {
             limited: p.has("angle") || p.has("curvature"),
             bend: !p.has("metric") || p.choice("metric", &[("bend", true), ("least", false)])?,
             refine: !p.has("refine") || p.flag("refine")?,
+            free: true,
             unit,
         })
     }
 
     /// The match with these limits.
     fn matching(&self, limits: Limits) -> Matching {
-        matching(self.edge, self.other.clone(), self.other_edge, self.continuity, limits)
+        matching(self.edge, self.other.clone(), self.other_edge, self.continuity, limits).free(self.free)
     }
 
     /// Rows of control vertices, from an edge on, that a continuity moves.
@@ -232,10 +235,41 @@ impl Asked {
         context: &Context<'_>,
     ) -> Result<Made, OperationError> {
         let mut work = Work { called: "match", done: 0, most: usize::MAX };
-        match self.attempt(surface, other, context, &mut work)? {
+        let first = self.attempt(surface, other, context, &mut work);
+        // Both sides of a knot may miss tangent planes by the limit.
+        let allowed = 2.0 * self.limits.angle.to_degrees();
+        // Where a start between the other's knots asks for corners, or for too many knots, one at these may not.
+        let first = match first {
+            Ok(Ok(made)) if made.corner() <= allowed => return Ok(made),
+            first if !self.starts_between(surface, other)? => first,
+            first => {
+                let knots = Self { free: false, ..self.clone() };
+                match (first, knots.attempt(surface, other, context, &mut work)) {
+                    (Err(_) | Ok(Err(_)), Ok(Ok(made))) => return Ok(made),
+                    (Ok(Ok(first)), Ok(Ok(made))) if made.corner() <= first.corner() => return Ok(made),
+                    (first, _) => {
+                        // Whoever asked may have had enough; all else says no more than what came of the first.
+                        context.observer.proceed(work.called, 0, 0)?;
+                        first
+                    }
+                }
+            }
+        };
+        match first? {
             Ok(made) => Ok(made),
             Err(refused) => Err(self.told(&refused, surface, other, context, &work)?),
         }
+    }
+
+    /// Whether the edge begins beside the other where that has no knots, and would not have to.
+    fn starts_between(&self, surface: &Surface, other: &dyn Shape) -> Result<bool, Error> {
+        let shapes = Shapes::new([surface as &dyn Shape, other]);
+        let there = edge_of(&shapes, &self.other, self.other_edge, "match")?;
+        let track = |exact: bool| -> Result<_, Error> {
+            let edge = edge_of(&shapes, &On::default(), self.edge, "match")?;
+            Ok(Beside::new(edge, &there.curve, exact)?.track())
+        };
+        Ok(track(false)? != track(true)?)
     }
 
     /// With the surface's own knots first, and those of the other edge where they are not enough.
@@ -267,7 +301,7 @@ impl Asked {
         if !self.refine {
             return self.from(start, &case, context, work);
         }
-        let (refined, exact) = as_the_other(&start, along, edge, &there)?
+        let (refined, exact) = as_the_other(&start, along, edge, &there, self.free)?
             .map_or((None, false), |found| (Some(found.0), found.1));
         match refined {
             None => self.from(start, &case, context, work),
@@ -348,7 +382,12 @@ impl Asked {
                     return Ok(Err(Refused { count, worst: None, size, why: Why::NoneFound }));
                 }
                 (Err(EditError::Solve(SolveError::Metric { .. })), _) if self.bend => {
-                    return Err(Error::Invalid(too_close(&start)).into());
+                    return Ok(Err(Refused {
+                        count,
+                        worst: None,
+                        size,
+                        why: Why::Unmeasured(too_close(&start)),
+                    }));
                 }
                 (Err(error), _) => return Err(error.into()),
             };
@@ -503,7 +542,7 @@ fn too_close(surface: &Surface) -> String {
     }
     let (_, name, at, gap) = closest;
     format!(
-        "how much the surface bends cannot be measured: its knots at {name} = {} are only {} apart. Say metric = \"least\"",
+        "how much the surface bends cannot be measured: its knots at {name} = {} are only {} apart",
         figure(at),
         short(gap)
     )
@@ -516,8 +555,9 @@ fn as_the_other(
     along: Direction,
     edge: EdgeCurve,
     there: &EdgeCurve,
+    free: bool,
 ) -> Result<Option<(Surface, bool)>, Error> {
-    let beside = Beside::new(edge, &there.curve)?;
+    let beside = Beside::new(edge, &there.curve, !free)?;
     if beside.exactly()?.is_ok() {
         return Ok(None);
     }
@@ -534,12 +574,17 @@ fn as_the_other(
     let shape = shapes[0];
     let number = loftsman_kernel::shape::edges_of(shape, "match")?.iter().position(|e| e.name == index);
     let Some(number) = number else { return Ok(None) };
-    let alike = Beside::new(EdgeCurve::of(shape, number, "match")?, &there.curve)?;
+    let alike = Beside::new(EdgeCurve::of(shape, number, "match")?, &there.curve, !free)?;
     let exact = alike.exactly()?.is_ok();
     Ok((exact || !common.first.is_empty()).then_some((refined, exact)))
 }
 
 impl Made {
+    /// The sharpest corner that it has made, in degrees; a gap is sharper than all.
+    fn corner(&self) -> f64 {
+        self.edited.report().smooth.corners.iter().map(Corner::change).fold(0.0, f64::max)
+    }
+
     fn report(&self, op: &str, object: &str, asked: &Asked) -> StepReport {
         let report = self.edited.report();
         let mut notes = vec![

@@ -319,6 +319,93 @@ fn knots_close_together_do_not_matter_where_nothing_moves() {
     assert!(refused.contains("`match` moves surfaces") && refused.contains("`join`"), "{refused}");
 }
 
+/// Where bending cannot be measured and the metric `least` alone does not do, it is advised together with what does: both were tried.
+#[test]
+fn the_metric_least_is_advised_where_it_helps() {
+    let (mut alone, mut together) = (0, 0);
+    for (degree, seed) in [(3, 0), (1, 2)] {
+        let [hull, deck] = wild(degree, seed);
+        let (a, b) = deck.v().domain();
+        let at = a + 0.4 * (b - a);
+        let deck = deck.insert_knots(Direction::V, &[at, at, at + 1e-9, at + 1e-9]).unwrap();
+        for continuity in [0, 1, 2] {
+            let mut fields = json!({ "object": "deck", "edge": "u0", "with": { "object": "hull", "edge": "u1" },
+                "continuity": continuity });
+            let Err(told) = run(&mut scene(&hull, &deck), fields.clone()) else { continue };
+            if !told.contains("cannot be measured") {
+                continue;
+            }
+            if !told.contains("say metric = \"least\"") {
+                assert!(told.contains("nothing that was tried helps"), "{told}");
+                continue;
+            }
+            fields["metric"] = json!("least");
+            match told.split_once("ask for continuity ") {
+                Some((_, words)) => {
+                    fields["continuity"] = json!(words[..1].parse::<usize>().unwrap());
+                    together += 1;
+                }
+                None => alone += 1,
+            }
+            run(&mut scene(&hull, &deck), fields).unwrap_or_else(|e| panic!("{told}: {e}"));
+        }
+    }
+    assert!(alone > 0 && together > 0, "{alone} {together}");
+}
+
+/// A pipe about the z axis, closed round `u`, turned about it, its edge `v0` the lower one.
+fn pipe(radius: f64, low: f64, high: f64, degrees: f64, periodic: bool) -> Surface {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let at = |z: f64| Point::new(radius * cos, radius * sin, z);
+    let line = Curve::line(at(low), at(high)).unwrap();
+    let pipe = Surface::revolution(&line, Point::origin(), Vector::z(), std::f64::consts::TAU).unwrap();
+    if periodic { pipe.to_periodic(Direction::U, 0.0).unwrap().shape } else { pipe }
+}
+
+/// A pipe is matched to a coaxial one as it is, however it is turned about its axis: straight up, not twisted, from the place of the other's edge that
+/// is beside its start, wherever between knots that lies; the result is the same body.
+#[test]
+fn a_turned_pipe_is_not_twisted() {
+    let low = pipe(5.0, 0.0, 20.0, 0.0, false);
+    let fields =
+        json!({ "object": "high", "edge": "v0", "with": { "object": "low", "edge": "v1" }, "continuity": 2 });
+    let within = 1e-4 * 10.0;
+    for periodic in [false, true] {
+        let mut waists = Vec::new();
+        // One with a seam begins at a knot of the other.
+        let turns: &[f64] =
+            if periodic { &[0.0, 30.0, 90.0, 150.0, 270.0] } else { &[0.0, 90.0, 180.0, 270.0] };
+        for &degrees in turns {
+            let mut scene = Scene::new();
+            scene.add(Object::new("low", low.clone().into())).unwrap();
+            scene.add(Object::new("high", pipe(3.0, 30.0, 60.0, degrees, periodic).into())).unwrap();
+            let notes = run(&mut scene, fields.clone()).unwrap();
+            assert!(notes[0].contains("position 10.2 "), "{degrees}: {notes:?}");
+            let found = scene.surface("high").unwrap();
+            let ((a, b), (c, d)) = (found.u().domain(), found.v().domain());
+            let middle = 0.5 * (c + d);
+            for k in 0..=360 {
+                let at = (a + (b - a) * f64::from(k) / 360.0).min(b);
+                let start = found.point(at, c).unwrap();
+                let off = start.x.hypot(start.y) - 5.0;
+                assert!(
+                    off.abs() < 2.0 * within && (start.z - 20.0).abs() < 2.0 * within,
+                    "{degrees}: {start}"
+                );
+                // Lines across go straight: as far round as at the edge that stays, but for the parameters of quarters.
+                let [round, there] = [middle, d].map(|v| found.point(at, v).unwrap()).map(|p| p.y.atan2(p.x));
+                let turn = (round - there + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU);
+                assert!((turn - std::f64::consts::PI).abs().to_degrees() < 2.0, "{degrees} {k}: {turn}");
+                let waist = found.point(at, middle).unwrap();
+                waists.push(waist.x.hypot(waist.y));
+            }
+        }
+        let (low, high) = waists.iter().fold((f64::MAX, 0.0_f64), |(l, h), w| (l.min(*w), h.max(*w)));
+        // Twisted by 30° it would be 8 % narrower.
+        assert!(high - low < 0.006 * high, "{low} {high}");
+    }
+}
+
 /// Where nothing but rounding is left, nothing is told.
 #[test]
 fn rounding_is_told_as_nothing() {

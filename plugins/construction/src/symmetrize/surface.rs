@@ -150,7 +150,12 @@ fn halved(open: &Surface, mirror: &Mirror, direction: Direction, side: f64) -> R
     let largest = kept.points().iter().map(|p| p.coords.amax()).fold(reach, f64::max);
     let (first, second) = if begins_there { (&image, &kept) } else { (&kept, &image) };
     let corners = corners::along(first, second, direction, &was)?.into_iter().collect();
-    let shape = first.join(direction, second, 1e-12 * largest)?.shape;
+    let mut shape = first.join(direction, second, 1e-12 * largest)?.shape;
+    // It begins at the parameter at which the surface began, as a curve does.
+    let (begin, over) = shape.space(direction).domain();
+    if begin != a {
+        shape = shape.reparametrise(direction, a, a + (over - begin))?;
+    }
     Ok(Symmetric { shape, moved: None, corners })
 }
 

@@ -225,6 +225,13 @@ impl Operation for CutBy {
                             faces(&cut.coincident, "lies", "lie")
                         ));
                     }
+                    // Where faces lie in it that was said above.
+                    if cut.shift != 0.0 && cut.coincident.is_empty() && !cut.curves.is_empty() {
+                        notes.push(format!(
+                            "the plane through {at} passes a vertex or runs along an edge: what is cut was found {} along its normal, and laid into it",
+                            one.quantity(cut.shift, 1)
+                        ));
+                    }
                     // What is left would be a section with a loop less, and a wrong area.
                     if !cut.undecided.is_empty() {
                         return Err(Error::Invalid(format!(

@@ -29,10 +29,12 @@ pub(super) struct Refused {
 }
 
 /// Why more knots do not help.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Why {
     /// No surface solves the equations.
     NoneFound,
+    /// How much it bends cannot be measured, for this reason.
+    Unmeasured(String),
     /// They would be too much work.
     Work,
     /// So many would be needed.
@@ -66,18 +68,19 @@ impl Asked {
         work: &Work,
     ) -> Result<OperationError, OperationError> {
         let count = refused.count;
-        let what = match &refused.worst {
-            Some(worst) => format!(
+        let what = match (&refused.worst, &refused.why) {
+            (_, Why::Unmeasured(why)) => why.clone(),
+            (Some(worst), _) => format!(
                 "with {count} control vertices along the edge the surfaces are still apart by {}",
                 worst.up_to_in(self.continuity, refused.size, self.unit)
             ),
-            None => format!(
+            (None, _) => format!(
                 "with {count} control vertices along the edge no surface was found that meets the other with continuity {}",
                 self.continuity
             ),
         };
-        let why = match refused.why {
-            Why::NoneFound | Why::Limits => String::new(),
+        let why = match &refused.why {
+            Why::NoneFound | Why::Limits | Why::Unmeasured(_) => String::new(),
             Why::Work => ": more of them would take too much work".to_owned(),
             Why::Needs { needed, most } => format!(": some {needed} would be needed, and {most} are the most"),
             Why::WasFolded => ": the surface lies folded back on the other: turn it round first".to_owned(),
@@ -131,7 +134,10 @@ impl Asked {
                 "let knots be inserted (refine = true)".to_owned(),
             ));
         }
-        if matches!(refused.why, Why::Work | Why::NoneFound) {
+        let unmeasured = matches!(refused.why, Why::Unmeasured(_));
+        if unmeasured {
+            tries.push((Self { bend: false, ..self.clone() }, "say metric = \"least\"".to_owned()));
+        } else if matches!(refused.why, Why::Work | Why::NoneFound) {
             let freed = Self { keep: None, ..self.clone() };
             let metric = if self.bend { "least" } else { "bend" };
             tries.push((Self { bend: !self.bend, ..self.clone() }, format!("say metric = \"{metric}\"")));
@@ -153,7 +159,13 @@ impl Asked {
             let refine = if self.refine { "" } else { " and refine = true" };
             let without = if self.limited { ", without the limits of more" } else { "" };
             let words = format!("ask for continuity {continuity}{refine}{without}");
-            tries.push((Self { continuity, keep, limits, refine: true, ..self.clone() }, words));
+            // With any continuity it bends beyond measure.
+            let (bend, words) = if unmeasured {
+                (false, format!("say metric = \"least\" and {words}"))
+            } else {
+                (self.bend, words)
+            };
+            tries.push((Self { continuity, keep, limits, bend, refine: true, ..self.clone() }, words));
         }
         tries
     }
