@@ -3,11 +3,11 @@
 use std::collections::HashMap;
 
 use loftsman_kernel::nalgebra::Matrix4;
-use loftsman_kernel::scene::{Definition, Geometry, Object, Scene, Unit, Up};
+use loftsman_kernel::scene::{Definition, Geometry, Object, Scene, Standing, Unit, Up};
 
 use crate::facts::is_false;
 pub use crate::facts::{Degree, ObjectFacts, OffEdge, OpenEdge, OwnFacts};
-use crate::placed::{Placed, changes_size, instances};
+use crate::placed::{Placed, instances};
 
 /// The facts about a scene.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -119,7 +119,7 @@ pub fn describe(scene: &Scene) -> SceneFacts {
                 color: object.color,
                 transformed: object.transform.is_some(),
                 frames: object.animation.as_ref().map(|a| a.frames.len()),
-                resized: map.as_ref().is_some_and(changes_size),
+                resized: Standing::by(map).changes_size(),
                 ..shape
             }
         });

@@ -6,13 +6,10 @@ use std::collections::hash_map::Entry;
 use loftsman_kernel::Point;
 use loftsman_kernel::nalgebra::{Matrix3, Matrix4};
 use loftsman_kernel::placement::transform_point;
-use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::scene::{Geometry, Scene, similarity};
 
 use crate::facts::{ObjectFacts, OwnFacts, bounds, corners, shape};
 use crate::measures::Measures;
-
-/// How far a map may be from a similarity, as a part of its scale, for lengths to go by that.
-const SIMILAR: f64 = 1e-12;
 
 /// How many objects the instances of a scene may show for what they show to be summed.
 const MOST_SUMMED: u64 = 100_000;
@@ -37,13 +34,6 @@ pub(crate) struct Placed {
     points: usize,
 }
 
-/// By how much a map makes all lengths longer, where it does so to all of them alike.
-fn similarity(linear: &Matrix3<f64>) -> Option<f64> {
-    let scale = linear.determinant().abs().cbrt();
-    let off = (linear.transpose() * linear / (scale * scale) - Matrix3::identity()).amax();
-    (scale > 0.0 && scale.is_finite() && off <= SIMILAR).then_some(scale)
-}
-
 fn linear(map: &Matrix4<f64>) -> Matrix3<f64> {
     map.fixed_view::<3, 3>(0, 0).into_owned()
 }
@@ -60,7 +50,7 @@ impl Placed {
         let Some(map) = map.filter(|map| **map != Matrix4::identity()) else { return own.clone() };
         let at = |p: [f64; 3]| -> [f64; 3] { transform_point(map, &p.into()).coords.into() };
         let linear = linear(map);
-        let scale = similarity(&linear);
+        let scale = similarity(map);
         let turned = if linear == Matrix3::identity() {
             Turned { bounds: own.bounds, measures: None }
         } else {
@@ -172,13 +162,6 @@ pub(crate) fn instances(scene: &Scene, placed: &mut Placed) -> HashMap<String, O
         sums.values_mut().for_each(|sum| sum.bounds = None);
     }
     sums
-}
-
-/// Whether a map changes how large things are, or mirrors them.
-pub(crate) fn changes_size(map: &Matrix4<f64>) -> bool {
-    let linear = linear(map);
-    let moved = similarity(&linear).is_some_and(|scale| (scale - 1.0).abs() <= SIMILAR);
-    !(moved && linear.determinant() > 0.0)
 }
 
 #[cfg(test)]

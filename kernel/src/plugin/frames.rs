@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix4;
 
+use super::Parameters;
 use crate::Point;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
@@ -95,4 +96,33 @@ impl Frames {
             "the objects are placed differently: everything asked of them is in the coordinates of the world".into()
         })
     }
+}
+
+/// What a report should say of an object that is placed by a transform: which of a step's fields are in its own coordinates. `places` are, where the step has them or
+/// not, and `lengths` that it has, where lengths are others in the scene.
+///
+/// # Errors
+/// As for [`Scene::standing`].
+pub fn in_own_coordinates(
+    scene: &Scene,
+    name: &str,
+    parameters: &Parameters,
+    places: &[&str],
+    lengths: &[&str],
+) -> Result<Option<String>> {
+    let standing = scene.standing(name)?;
+    if standing.to_world().is_none() {
+        return Ok(None);
+    }
+    let lengths = lengths.iter().filter(|field| parameters.has(field) && standing.changes_size());
+    let fields: Vec<&str> = places.iter().chain(lengths).copied().collect();
+    let (is, are) = match &fields[..] {
+        [] => return Ok(None),
+        [one] => ((*one).to_owned(), "is"),
+        [all @ .., last] => (format!("{} and {last}", all.join(", ")), "are"),
+    };
+    let name = crate::text::clip(name);
+    Ok(Some(format!(
+        "\"{name}\" is placed by a transform: {is} {are} in its own coordinates, as they are without that; what is told of it is as it stands in the scene"
+    )))
 }

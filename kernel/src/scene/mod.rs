@@ -11,6 +11,7 @@ mod merge;
 mod object;
 mod placed;
 pub mod placement;
+mod standing;
 mod time;
 mod within;
 
@@ -34,6 +35,7 @@ pub use self::layer::{Hidden, Layer, check_layers};
 pub use self::merge::{Merged, Side};
 pub use self::object::Object;
 pub use self::placed::{MOST_PLACED, Path, Placed, Placements};
+pub use self::standing::{Standing, similarity};
 pub use self::within::Within;
 pub use crate::unit::{Length, Unit, Up};
 pub use animation::Animation;

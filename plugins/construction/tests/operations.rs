@@ -9,6 +9,7 @@ use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
 use loftsman_kernel::text::figure;
 use loftsman_kernel::{Point, Vector};
+use nalgebra::Matrix4;
 use serde_json::{Value, json};
 
 fn scene() -> Scene {
@@ -438,5 +439,67 @@ fn a_profile_across_the_axis_is_told_where() {
     ] {
         let told = told(clear);
         assert!(told.is_none(), "{told:?}");
+    }
+}
+
+/// Two groups above two curves: turned and scaled, and mirrored and stretched.
+fn placed() -> [(Scene, [Matrix4<f64>; 2]); 4] {
+    let turned = Matrix4::new_translation(&Vector::new(5.0, -2.0, 1.0))
+        * Matrix4::from_axis_angle(&Vector::x_axis(), 1.1)
+        * Matrix4::new_scaling(2.5);
+    let mirrored = Matrix4::new_nonuniform_scaling(&Vector::new(-1.0, 1.0, 1.0)) * Matrix4::new_scaling(0.5);
+    let sheared =
+        Matrix4::new(1.0, 0.4, 0.0, 0.0, 0.0, 2.0, -0.3, 1.0, 0.2, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+    let flat = Matrix4::new_nonuniform_scaling(&Vector::new(1.0, 1.0, 0.0));
+    [(turned, mirrored), (mirrored, turned), (sheared, mirrored), (flat, sheared)].map(|(first, second)| {
+        let mut scene = Scene::new();
+        for (group, map) in [("first", first), ("second", second)] {
+            let mut object = Object::new(group, Geometry::Group);
+            object.transform = Some(map);
+            scene.add(object).unwrap();
+        }
+        // Both also by transforms of their own.
+        let nudged = Matrix4::from_axis_angle(&Vector::y_axis(), 0.3);
+        (scene, [first * nudged, second * nudged])
+    })
+}
+
+/// A sweep of curves placed otherwise is the sweep of the curves as they stand, where the profile hangs: whatever places them.
+#[test]
+fn what_is_placed_is_swept_as_it_stands() {
+    let p = Point::new;
+    for (mut scene, [first, second]) in placed() {
+        let ring = Curve::circle(p(3.0, 0.0, 0.0), Vector::new(0.2, 1.0, 0.0), 1.0).unwrap();
+        let path = Curve::bezier((0..5).map(f64::from).map(|t| p(3.0 * t.cos(), 3.0 * t.sin(), t)).collect());
+        let path = path.unwrap();
+        for (name, curve, group) in [("ring", &ring, "first"), ("path", &path, "second")] {
+            let mut object = Object::new(name, curve.clone().into());
+            object.transform = Some(Matrix4::from_axis_angle(&Vector::y_axis(), 0.3));
+            object.parent = Some(group.to_owned());
+            scene.add(object).unwrap();
+        }
+        // The same without any placement.
+        let mut plain = Scene::new();
+        for (name, curve, map) in [("ring", &ring, first), ("path", &path, second)] {
+            plain.add(Object::new(name, Geometry::from(curve.clone()).transformed(&map).unwrap())).unwrap();
+        }
+        for frame in ["least", "parallel", "upright"] {
+            let fields = json!({ "object": "ring", "path": "path", "frame": frame, "name": frame });
+            let [found, wanted] = [&mut scene, &mut plain].map(|s| run(s, "sweep", fields.clone()).unwrap());
+            // Rounding apart the same is said of both.
+            let numbers = [&found, &wanted].map(|report| report.numbers["tolerance"].as_f64().unwrap());
+            assert!((numbers[0] / numbers[1] - 1.0).abs() < 1e-9, "{numbers:?}");
+            assert!(found.notes.iter().any(|note| note.contains("placed otherwise")), "{found:?}");
+            let standing = scene.standing(frame).unwrap();
+            let there = standing.seen(scene.get(frame).unwrap().geometry()).unwrap();
+            let points = plain.get(frame).unwrap().geometry().points();
+            assert_eq!(there.points().len(), points.len());
+            for (a, b) in there.points().iter().zip(points) {
+                assert!((a - b).norm() < 1e-12 * (1.0 + b.coords.norm()), "{frame}: {a} {b}");
+            }
+        }
+        let hangs = scene.get("least").unwrap().parent.as_deref();
+        let is_flat = first.determinant() == 0.0;
+        assert_eq!(hangs, if is_flat { None } else { Some("first") });
     }
 }

@@ -1,11 +1,12 @@
 //! The operation `sweep`.
 
-use loftsman_kernel::Vector;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
 };
-use loftsman_kernel::scene::{Geometry, Scene, Unit};
+use loftsman_kernel::scene::{Geometry, Scene, Standing, Unit};
+use loftsman_kernel::spline::Curve;
 use loftsman_kernel::text::{self, without_rounding};
+use loftsman_kernel::{Error, Vector};
 
 use super::{Mitre, Turning, sweep};
 use crate::fields::{NAME, direction, figure, free_name, length, like, made, named};
@@ -52,7 +53,12 @@ impl Operation for Sweep {
                 "least",
                 "turning with the path and about it as little as can be, or with `up` staying up, or not at all",
             ),
-            Field::optional("up", "[x, y, z]", "[0, 0, 1]", "what stays up, where the frame is upright"),
+            Field::optional(
+                "up",
+                "[x, y, z]",
+                "[0, 0, 1]",
+                "what stays up in the scene, where the frame is upright",
+            ),
             Field::optional(
                 "tolerance",
                 "length",
@@ -77,8 +83,12 @@ impl Operation for Sweep {
         p.check(self.declaration().fields)?;
         p.text("object")?;
         let source = object_name(scene, p, |g| matches!(g, Geometry::Curve(_)), "curve")?;
+        let along = p.text("path")?;
         let profile = scene.curve(&source).map_err(|e| p.error("object", e.to_string()))?;
-        let path = scene.curve(p.text("path")?).map_err(|e| p.error("path", e.to_string()))?;
+        let path = scene.curve(along).map_err(|e| p.error("path", e.to_string()))?;
+        let (place, of_path) = (scene.standing(&source)?, scene.standing(along)?);
+        let profile = &seen(profile, &place).map_err(named(&source))?;
+        let path = &seen(path, &of_path).map_err(named(along))?;
         let frames = [
             ("least", Turning::Least),
             ("upright", Turning::Upright(Vector::z())),
@@ -169,7 +179,26 @@ impl Operation for Sweep {
             ));
         }
         let area = measured(context, "surface-area", &surface);
-        let object = like(scene, &source, &name, surface.into());
+        let mut surface = Geometry::from(surface);
+        let object = match place.back(&source, along) {
+            Ok(back) => {
+                if let Some(back) = back {
+                    surface = surface.transformed(&back)?;
+                }
+                like(scene, &source, &name, surface)
+            }
+            // Nothing but a flat sheet could hang where the profile does.
+            Err(_) => {
+                let mut object = like(scene, &source, &name, surface);
+                (object.parent, object.transform) = (None, None);
+                object
+            }
+        };
+        if place != of_path {
+            notes.push(format!(
+                "\"{along}\" is placed otherwise than \"{source}\": both are taken as they stand in the scene"
+            ));
+        }
         scene.add(object)?;
         let mut report = StepReport { area, warnings, ..made("sweep", name, notes) };
         report.numbers.insert("deviation".into(), deviation.into());
@@ -181,5 +210,13 @@ impl Operation for Sweep {
         report.numbers.insert("leaned".into(), leaned.into());
         report.numbers.insert("twist".into(), swept.twist.into());
         Ok(report)
+    }
+}
+
+/// A curve as it stands in the scene.
+fn seen(curve: &Curve, place: &Standing) -> loftsman_kernel::Result<Curve> {
+    match place.seen(&curve.clone().into())?.into_owned() {
+        Geometry::Curve(curve) => Ok(curve),
+        other => Err(Error::Invalid(format!("it is {} where it stands", other.kind()))),
     }
 }

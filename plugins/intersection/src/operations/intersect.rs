@@ -73,7 +73,7 @@ impl Operation for Intersect {
                 return Err(cannot(name, geometry));
             }
         }
-        let brought = brought(scene, with, object)?;
+        let brought = scene.in_frame_of(with, object)?;
         let other = brought.as_ref().unwrap_or(second.geometry());
         let of =
             |name: &str, geometry| as_curve(geometry).map_err(|e| Error::Invalid(format!("\"{name}\": {e}")));
@@ -138,37 +138,6 @@ impl Operation for Intersect {
             ..StepReport::default()
         })
     }
-}
-
-/// An object as it is in the coordinates of another, where both are not placed alike: its control vertices moved by the affine map from one frame to the
-/// other, which is exact.
-fn brought(scene: &Scene, name: &str, into: &str) -> Result<Option<Geometry>, OperationError> {
-    let world = scene.world_transforms()?;
-    let place = |name: &str| {
-        let map = scene.position(name).and_then(|at| world.get(at).copied().flatten());
-        map.filter(|map| !map.is_identity(0.0))
-    };
-    let (own, of) = (place(name), place(into));
-    if own == of {
-        return Ok(None);
-    }
-    let back = match of {
-        Some(of) => {
-            let back = of.try_inverse().filter(|back| back.iter().all(|c| c.is_finite()));
-            Some(back.ok_or_else(|| {
-                Error::Invalid(format!(
-                    "\"{into}\" is placed by a transform that flattens it, so that \"{name}\" is nowhere in its coordinates: correct its transform"
-                ))
-            })?)
-        }
-        None => None,
-    };
-    let map = match (back, own) {
-        (Some(back), Some(own)) => Some(back * own),
-        (back, own) => back.or(own),
-    };
-    let geometry = scene.object(name)?.geometry();
-    Ok(map.map(|map| geometry.transformed(&map)).transpose()?)
 }
 
 /// What is refused, and what does it.
