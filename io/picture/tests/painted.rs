@@ -3,7 +3,7 @@
 
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::scene::{Object, Scene, Unit};
-use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use loftsman_picture::{Curvature, Faces, Panel, Picture, View};
 
@@ -240,4 +240,37 @@ fn a_map_of_distances_ends_at_the_furthest() {
         let share = pixels.iter().filter(coloured).count() as f64 / pixels.len() as f64;
         assert!(share > 1e-3 && share < 3.0 * (2.0 * half + 0.2).powi(2), "{half}: {share}");
     }
+}
+
+/// Two halves of a bump, one of them with its normal below: the sign of its curvature is the other one, and the legend says whose. The Gaussian curvature has the
+/// same sign from either side, and what meets at a sharp edge goes on in nothing.
+#[test]
+fn a_normal_that_points_to_the_other_side_is_told() {
+    let half = |turn: bool, tilt: f64| {
+        let space = || Space::clamped_uniform(2, 6).unwrap();
+        let at = |k: usize| {
+            let (x, y) = (space().greville(k / 6) / 4.0, space().greville(k % 6) / 4.0);
+            Point::new(x, y, -0.3 * x * x - tilt * x)
+        };
+        let points: Vec<Point> = (0..36).map(at).collect();
+        let half = Surface::new(space(), space(), points.clone()).unwrap();
+        if !turn {
+            return half;
+        }
+        let mirrored = points.iter().map(|p| Point::new(-p.x, p.y, p.z)).collect();
+        Surface::new(space(), space(), mirrored).unwrap()
+    };
+    let said = |other: Surface, which: Curvature| {
+        let mut scene = scene(half(false, 0.0));
+        scene.add(Object::new("far side", other.into())).unwrap();
+        texts(&Picture::of(&scene).faces(Faces::Curvature(which))).join(" ")
+    };
+    for which in [Curvature::Mean, Curvature::Maximum, Curvature::Minimum] {
+        let told = said(half(true, 0.0), which);
+        assert!(told.contains("own normal: of \"far side\" that points to the other side"), "{told}");
+    }
+    let turned = half(true, 0.0).reverse(Direction::U).unwrap();
+    assert!(!said(turned, Curvature::Mean).contains("own normal"));
+    assert!(!said(half(true, 0.0), Curvature::Gaussian).contains("own normal"));
+    assert!(!said(half(true, 3.0), Curvature::Mean).contains("own normal"));
 }

@@ -12,6 +12,7 @@ pub(crate) mod movement;
 pub(crate) mod net;
 pub(crate) mod paint;
 pub(crate) mod parameter;
+mod sides;
 pub(crate) mod silhouette;
 pub(crate) mod solid;
 pub(crate) mod surface;

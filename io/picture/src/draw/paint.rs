@@ -5,7 +5,8 @@ use loftsman_kernel::scene::Unit;
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Point, Vector};
 
-use crate::choices::Faces;
+use crate::choices::{Curvature, Faces};
+use crate::draw::sides;
 use crate::draw::surface::{Samples, samples};
 use crate::sheet::{Caption, Fill};
 use crate::stage::Stage;
@@ -24,6 +25,9 @@ const STRIPES: f64 = 24.0;
 const SOFT: f64 = 0.12;
 /// The cells of faces that are painted are finer, so that stripes and colours change smoothly.
 const FINER: usize = 3;
+
+/// So many objects are named in a note.
+const NAMED: usize = 4;
 
 /// Why a body without a state before is shaded.
 const NEW: &str = "has no state before: nothing of its name was there";
@@ -61,6 +65,7 @@ impl Painting {
             let painted = painting.painted(stage, body, surfaces);
             painting.bodies.push(painted);
         }
+        painting.tell_sides(stage);
         let values = painting.bodies.iter().flat_map(|b| &b.values).copied();
         // A part that has moved may be small: all of it is to be seen. Curvatures may be infinite here and there.
         painting.end = if faces == Faces::Deviation { map_end_of_all(values) } else { map_end(values) };
@@ -136,6 +141,33 @@ impl Painting {
             }
             _ => Painted::default(),
         }
+    }
+
+    /// Says whose sign of curvature is against that of what it goes on in: it is by each surface's own normal.
+    fn tell_sides(&mut self, stage: &Stage<'_>) {
+        // The product of both principal curvatures is the same from either side.
+        if !matches!(self.faces, Faces::Curvature(which) if which != Curvature::Gaussian) {
+            return;
+        }
+        let surfaces = stage.new.iter().filter_map(|body| match &body.form {
+            // Sides of what is trimmed are no edges of it.
+            Form::Surface { surface, trim: None, .. } => Some((body.object.name(), &**surface)),
+            _ => None,
+        });
+        let (names, surfaces): (Vec<&str>, Vec<&Surface>) = surfaces.unzip();
+        let turned = sides::turned(&surfaces);
+        if turned.is_empty() {
+            return;
+        }
+        let named: Vec<String> = turned.iter().take(NAMED).map(|k| format!("\"{}\"", names[*k])).collect();
+        let more = match turned.len().saturating_sub(NAMED) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        self.notes.push(format!(
+            "the sign of curvature is by each surface's own normal: of {}{more} that points to the other side than beside it (`reverse` turns it)",
+            named.join(", ")
+        ));
     }
 
     /// Says that a body cannot be painted.
