@@ -17,7 +17,7 @@ fn objects() -> Vec<Value> {
         ),
         curve("p", 1, json!([0, 0, 1, 1]), json!([[0, 0, 0], [0, 0, 4]])),
         curve("b", 2, json!([0, 0, 0, 1, 1, 1]), json!([[0, 0, 0], [1, 2, 0], [3, 0, 1]])),
-        json!({ "name": "s", "surface": { "u": flat, "v": flat, "points": [[0, 0, 0], [0, 2, 0], [3, 0, 0], [3, 2, 1]] } }),
+        json!({ "name": "s", "surface": { "u": flat, "v": flat, "points": [[[0, 0, 0], [0, 2, 0]], [[3, 0, 0], [3, 2, 1]]] } }),
     ]
 }
 
@@ -107,7 +107,7 @@ fn what_is_asked_in_own_coordinates_is_said_to_be() {
         ),
         (
             json!({ "op": "symmetrize", "object": "p", "normal": [0, 0, 1], "point": [0, 0, 1] }),
-            &["moved by 4 mm at most", "deviates by up to 4 mm"],
+            &["moved by 2 mm at most", "deviates by up to 2 mm"],
         ),
         (
             json!({ "op": "edit", "object": "p", "constraints": [{ "kind": "position", "at": 1, "to": [0, 0, 5] }] }),
