@@ -119,7 +119,7 @@ pub fn describe(scene: &Scene) -> SceneFacts {
                 color: object.color,
                 transformed: object.transform.is_some(),
                 frames: object.animation.as_ref().map(|a| a.frames.len()),
-                resized: Standing::by(map).changes_size(),
+                resized: Standing::by(*map).changes_size(),
                 ..shape
             }
         });

@@ -6,7 +6,7 @@ use std::collections::hash_map::Entry;
 use loftsman_kernel::Point;
 use loftsman_kernel::nalgebra::{Matrix3, Matrix4};
 use loftsman_kernel::placement::transform_point;
-use loftsman_kernel::scene::{Geometry, Scene, similarity};
+use loftsman_kernel::scene::{Geometry, Scene, Standing, similarity};
 
 use crate::facts::{ObjectFacts, OwnFacts, bounds, corners, shape};
 use crate::measures::Measures;
@@ -67,7 +67,8 @@ impl Placed {
                     } else {
                         None
                     };
-                    let measures = scale.is_none().then(|| stretched(geometry, &own.measures, &linear));
+                    let measures =
+                        scale.is_none().then(|| stretched(geometry, &own.measures, &linear, Measures::of));
                     new.insert(Turned { bounds, measures }).clone()
                 }
             }
@@ -111,8 +112,13 @@ fn turned_bounds(geometry: &Geometry, around: &[Point], linear: &Matrix3<f64>) -
 }
 
 /// Measures of what is longer in some directions than in others. A mirror does not turn the inside out of what stands.
-fn stretched(geometry: &Geometry, own: &Measures, linear: &Matrix3<f64>) -> Measures {
-    let found = geometry.transformed(&linear.to_homogeneous()).map(|there| Measures::of(&there));
+fn stretched(
+    geometry: &Geometry,
+    own: &Measures,
+    linear: &Matrix3<f64>,
+    measure: fn(&Geometry) -> Measures,
+) -> Measures {
+    let found = geometry.transformed(&linear.to_homogeneous()).map(|there| measure(&there));
     let volume = own.volume.map(|volume| volume * linear.determinant().abs());
     Measures { volume, ..found.unwrap_or_default() }
 }
@@ -127,6 +133,20 @@ fn scaled(own: &Measures, scale: f64) -> Measures {
         volume: power(own.volume, 3),
         within: power(own.within, 1),
         ..own.clone()
+    }
+}
+
+/// How large a geometry is where it stands, as large as it is in its own coordinates: by a `measure` of its own where lengths do not go by one number.
+pub(crate) fn measures(
+    geometry: &Geometry,
+    own: &Measures,
+    standing: &Standing,
+    measure: fn(&Geometry) -> Measures,
+) -> Measures {
+    match (standing.to_world(), standing.scale()) {
+        (None, _) => own.clone(),
+        (_, Some(scale)) => scaled(own, scale),
+        (Some(map), None) => stretched(geometry, own, &linear(map), measure),
     }
 }
 

@@ -6,24 +6,38 @@ use std::sync::Arc;
 
 use loftsman_kernel::mesh::Cloud;
 use loftsman_kernel::plugin::{ChangeKind, Measured, ObjectChange, StepReport};
-use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::scene::{Geometry, Object, Scene, Standing};
 
 use super::deviation::deviation;
 use crate::measures::Measures;
+use crate::placed::measures;
 
 /// The objects of a scene before a step. It shares their geometry: no number is copied.
-pub(super) struct Before(HashMap<String, Arc<Geometry>>);
+pub(super) struct Before(HashMap<String, Arc<Geometry>>, HashMap<String, Standing>);
 
-/// Measures of geometries that were taken before, by the geometry; that of a step's end is that of the next one's start.
+/// Measures of geometries that were taken before, by the geometry, in its own coordinates and where lengths do not go by one number as one of those stands that have it; that of a
+/// step's end is that of the next one's start.
 #[derive(Default)]
-pub(super) struct Known(HashMap<usize, (Arc<Geometry>, Measures)>);
+pub(super) struct Known(HashMap<usize, (Arc<Geometry>, Measures, Option<(Standing, Measures)>)>);
 
 impl Known {
-    fn measures(&mut self, geometry: &Arc<Geometry>) -> Measures {
+    fn measures(&mut self, geometry: &Arc<Geometry>, standing: &Standing) -> Measures {
         let id = Arc::as_ptr(geometry).cast::<()>() as usize;
-        let (_, measures) =
-            self.0.entry(id).or_insert_with(|| (Arc::clone(geometry), Measures::by_quadrature(geometry)));
-        measures.clone()
+        let (_, own, there) = self
+            .0
+            .entry(id)
+            .or_insert_with(|| (Arc::clone(geometry), Measures::by_quadrature(geometry), None));
+        if standing.scale().is_some() {
+            return measures(geometry, own, standing, Measures::by_quadrature);
+        }
+        match there {
+            Some((known, there)) if known == standing => there.clone(),
+            _ => {
+                let found = measures(geometry, own, standing, Measures::by_quadrature);
+                *there = Some((*standing, found.clone()));
+                found
+            }
+        }
     }
 }
 
@@ -31,7 +45,8 @@ impl Before {
     /// Looks at a scene. `O(objects)`.
     pub(super) fn of(scene: &Scene) -> Self {
         let objects = scene.objects().iter();
-        Self(objects.map(|o| (o.name().to_owned(), Arc::clone(o.shared_geometry()))).collect())
+        let geometries = objects.map(|o| (o.name().to_owned(), Arc::clone(o.shared_geometry()))).collect();
+        Self(geometries, standings(scene))
     }
 
     /// What is called otherwise since: the old names and the new ones. What two objects share cannot be told apart, and is not looked for.
@@ -69,6 +84,8 @@ impl Before {
     /// Says in a step's report what is not as it was.
     pub(super) fn tell(self, scene: &Scene, known: &mut Known, report: &mut StepReport) {
         let mut unchanged = 0;
+        let standings = standings(scene);
+        let stood = |all: &HashMap<String, Standing>, name: &str| all.get(name).copied().unwrap_or_default();
         let known_before: HashSet<*const Geometry> = self.0.values().map(Arc::as_ptr).collect();
         let known_after: HashSet<*const Geometry> =
             scene.objects().iter().map(|object| Arc::as_ptr(object.shared_geometry())).collect();
@@ -81,7 +98,9 @@ impl Before {
                 // Copied, or under another name.
                 None if known_before.contains(&Arc::as_ptr(after)) => {}
                 before => {
-                    let change = change(object.name(), before, Some(after), known);
+                    let name = object.name();
+                    let (was, is) = (stood(&self.1, name), stood(&standings, name));
+                    let change = change(name, before.map(|b| (b, was)), Some((after, is)), known);
                     report.warnings.extend(collapsed(&change, before.map(Arc::as_ref), after));
                     report.objects.push(change);
                 }
@@ -94,7 +113,7 @@ impl Before {
         });
         gone.sort_unstable_by_key(|(name, _)| *name);
         for (name, before) in gone {
-            report.objects.push(change(name, Some(before), None, known));
+            report.objects.push(change(name, Some((before, stood(&self.1, name))), None, known));
         }
         report.unchanged = Some(unchanged);
         // Only the state after this step is asked for again.
@@ -142,6 +161,13 @@ fn collapsed(change: &ObjectChange, before: Option<&Geometry>, after: &Geometry)
     ))
 }
 
+/// How the objects of a scene stand that are placed. `O(objects)`.
+fn standings(scene: &Scene) -> HashMap<String, Standing> {
+    let maps = scene.world_transforms().unwrap_or_default();
+    let placed = scene.objects().iter().zip(maps).filter_map(|(object, map)| Some((object.name(), map?)));
+    placed.map(|(name, map)| (name.to_owned(), Standing::by(Some(map)))).collect()
+}
+
 /// What the points are called that an object was fitted to.
 pub(super) fn points_of(name: &str) -> String {
     format!("points of {name}")
@@ -149,11 +175,12 @@ pub(super) fn points_of(name: &str) -> String {
 
 fn change(
     name: &str,
-    before: Option<&Arc<Geometry>>,
-    after: Option<&Arc<Geometry>>,
+    before: Option<(&Arc<Geometry>, Standing)>,
+    after: Option<(&Arc<Geometry>, Standing)>,
     known: &mut Known,
 ) -> ObjectChange {
-    let [old, new] = [before, after].map(|geometry| geometry.map(|g| known.measures(g)).unwrap_or_default());
+    let [old, new] =
+        [before, after].map(|one| one.map(|(g, standing)| known.measures(g, &standing)).unwrap_or_default());
     let kind = match (before, after) {
         (Some(_), Some(_)) => ChangeKind::Changed,
         (None, _) => ChangeKind::New,
@@ -166,12 +193,21 @@ fn change(
         length: pair(|m| m.length),
         area: pair(|m| m.area),
         volume: pair(|m| m.volume),
-        deviation: before.zip(after).and_then(|(before, after)| {
-            let size = after.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
-            // Less is rounding.
-            deviation(before, after).map(|found| if found <= 1e-13 * size { 0.0 } else { found })
-        }),
+        deviation: before.zip(after).and_then(|(before, after)| moved(before, after)),
         unmeasured: new.unmeasured,
+    }
+}
+
+/// How far an object is from what it was, as it stands in the scene.
+fn moved((before, was): (&Arc<Geometry>, Standing), (after, is): (&Arc<Geometry>, Standing)) -> Option<f64> {
+    // Less is rounding.
+    let off = |before: &Geometry, after: &Geometry| {
+        let size = after.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+        deviation(before, after).map(|found| if found <= 1e-13 * size { 0.0 } else { found })
+    };
+    match is.scale().filter(|_| was == is) {
+        Some(scale) => off(before, after).map(|found| scale * found),
+        None => off(was.seen(before).ok()?.as_ref(), is.seen(after).ok()?.as_ref()),
     }
 }
 

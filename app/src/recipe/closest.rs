@@ -175,7 +175,9 @@ impl Resolving<'_> {
         let [x, y, z] = [point.x, point.y, point.z];
         let told = text_of(&value);
         let [x, y, z] = [x, y, z].map(|c| Figure(c + 0.0));
-        let mut note = format!("{path} = {told} on \"{name}\": the nearest place to ({x}, {y}, {z}), ");
+        let placed = self.scene.standing(&name).map_err(fail)?.to_world().is_some();
+        let own = if placed { " in its own coordinates" } else { "" };
+        let mut note = format!("{path} = {told} on \"{name}\": the nearest place to ({x}, {y}, {z}){own}, ");
         // The distance itself is only as good as the numbers that it is a difference of.
         let size = geometry.points().iter().fold(point.coords.amax(), |most, p| most.max(p.coords.amax()));
         note += &if away <= 16.0 * f64::EPSILON * size {

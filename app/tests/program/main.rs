@@ -21,6 +21,7 @@ mod merge;
 mod output;
 mod own;
 mod pictures;
+mod placed;
 mod recipes;
 mod scenes;
 mod solids;

@@ -1,7 +1,7 @@
 //! What a step changed, in the quantities that people ask of shapes.
 
-/// What a step did to one object: before and after. Lengths are in the unit of the scene, in the object's own coordinates;
-/// what was not measured, or does not apply, is left out when it is serialised.
+/// What a step did to one object: before and after. Lengths, areas and volumes are in the unit of the scene, of the object as it stands there, placed by its transform and
+/// those above it; what was not measured, or does not apply, is left out when it is serialised.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct ObjectChange {
     /// The object.

@@ -9,6 +9,18 @@ use crate::scene::Scene;
 use crate::scene::placement::transform_point;
 use crate::shape::Shape;
 
+/// What is said of one object, or of some that are placed alike.
+const OWN: &str = "the object is placed by a transform: everything asked of it, and how well that is met, is in its own coordinates, as they are without that; how long \
+                   or large it is, and how far it is from the old shape, is told as it stands in the scene";
+
+/// What a report should say of an object that is placed by a transform, where a step asks things of its shape.
+///
+/// # Errors
+/// As for [`Scene::standing`].
+pub fn asked_in_own_coordinates(scene: &Scene, name: &str) -> Result<Option<String>> {
+    Ok(scene.standing(name)?.to_world().map(|_| OWN.into()))
+}
+
 /// The frame in which the shapes of a problem are seen. Where all are placed alike, that is their own; where they are not, it is
 /// the world's: a join, an area or a distance between them means nothing in coordinates that differ.
 #[derive(Debug, Clone, Default)]
@@ -87,10 +99,7 @@ impl Frames {
     /// What the report should say of it.
     pub fn note(&self) -> Option<String> {
         if self.moved {
-            return Some(
-                "the object is placed by a transform: everything asked of it is in its own coordinates, as they are without that"
-                    .into(),
-            );
+            return Some(OWN.into());
         }
         (!self.each.is_empty()).then(|| {
             "the objects are placed differently: everything asked of them is in the coordinates of the world".into()
@@ -122,7 +131,11 @@ pub fn in_own_coordinates(
         [all @ .., last] => (format!("{} and {last}", all.join(", ")), "are"),
     };
     let name = crate::text::clip(name);
-    Ok(Some(format!(
-        "\"{name}\" is placed by a transform: {is} {are} in its own coordinates, as they are without that; what is told of it is as it stands in the scene"
-    )))
+    let mut told = format!(
+        "\"{name}\" is placed by a transform: {is} {are} in its own coordinates, as they are without that; lengths, areas and volumes are told as they stand in the scene"
+    );
+    if standing.scale().is_none() {
+        told += "; it stretches some directions more than others, so that lengths that are equal there are not equal in the scene";
+    }
+    Ok(Some(told))
 }

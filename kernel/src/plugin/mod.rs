@@ -28,7 +28,7 @@ pub use format::{
     Memory, MeshPart, Outgoing, Place, ReadOptions, ReadReport, Sink, Source, UnitRule, UpChoice,
     WriteOptions, WriteReport, Written, refuse_utf16, utf8,
 };
-pub use frames::{Frames, in_own_coordinates};
+pub use frames::{Frames, asked_in_own_coordinates, in_own_coordinates};
 pub use functionals::register_functionals;
 pub use mark::{Mark, MarkKind, Spot, Track};
 pub use operation::{

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use loftsman_kernel::error::{Error, Figure};
 use loftsman_kernel::plugin::{Field, OperationError, ParameterError, Parameters, StepReport};
-use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::scene::{Geometry, Object, Scene, Standing};
+use loftsman_kernel::spline::Curve;
 pub(crate) use loftsman_kernel::text::measured as figure;
 use loftsman_kernel::{Point, Vector};
 
@@ -90,4 +91,12 @@ pub(crate) fn made(op: &str, name: String, notes: Vec<String>) -> StepReport {
 pub(crate) fn named(name: &str) -> impl Fn(Error) -> OperationError {
     let name = name.to_owned();
     move |error| Error::Invalid(format!("\"{name}\": {error}")).into()
+}
+
+/// A curve as it stands in the scene.
+pub(crate) fn seen(curve: &Curve, standing: &Standing) -> Result<Curve, Error> {
+    match standing.seen(&curve.clone().into())?.into_owned() {
+        Geometry::Curve(curve) => Ok(curve),
+        other => Err(Error::Invalid(format!("it is {} where it stands", other.kind()))),
+    }
 }

@@ -2,7 +2,8 @@
 
 use loftsman_kernel::functional::{ShapeNames, Shapes};
 use loftsman_kernel::plugin::{
-    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, in_own_coordinates,
+    object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::Shape;
@@ -88,8 +89,13 @@ impl Operation for Revolve {
             v.len()
         )];
         notes.extend(crossed(curve, point, axis)?);
-        let area = measured(context, "surface-area", &surface);
-        let object = like(scene, &source, &name, surface.into());
+        notes.extend(in_own_coordinates(scene, &source, p, &["point", "axis"], &[])?);
+        let surface = Geometry::from(surface);
+        let area = match scene.standing(&source)?.seen(&surface)?.as_ref() {
+            Geometry::Surface(surface) => measured(context, "surface-area", surface),
+            _ => None,
+        };
+        let object = like(scene, &source, &name, surface);
         scene.add(object)?;
         Ok(StepReport { area, ..made("revolve", name, notes) })
     }

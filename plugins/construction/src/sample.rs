@@ -3,13 +3,14 @@
 use loftsman_kernel::error::{Error, Figure, Result};
 use loftsman_kernel::mesh::{Cloud, Polyline};
 use loftsman_kernel::plugin::{
-    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, in_own_coordinates,
+    object_name,
 };
-use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::scene::{Geometry, Scene, Standing};
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Point, text::a};
 
-use crate::fields::{NAME, free_name, length, like, made, named};
+use crate::fields::{NAME, free_name, length, like, made, named, seen};
 use crate::primitives::curve_through;
 
 /// The accuracy of the lengths between points, relative to the whole.
@@ -42,6 +43,23 @@ pub struct Sampled {
     /// What each of these lengths may be wrong by (estimated from above, as in
     /// [`Length`](loftsman_kernel::spline::length::Length)).
     pub error: f64,
+}
+
+impl Sampled {
+    /// The shortest and the longest way from each point to the next along the curve as it stands in a scene, and all of them together.
+    fn lengths(&self, curve: &Curve, standing: &Standing) -> Result<(f64, f64, f64)> {
+        let steps = if self.closed { self.points.len() } else { self.points.len() - 1 };
+        if let Some(scale) = standing.scale() {
+            let each = self.spacing * scale;
+            return Ok((each, each, each * steps as f64));
+        }
+        let table = seen(curve, standing)?.arc_length(ACCURACY)?;
+        let whole = table.length().value;
+        let mut at = self.parameters.iter().map(|u| table.up_to(*u)).collect::<Result<Vec<f64>>>()?;
+        at.extend(self.closed.then_some(whole));
+        let each = || at.windows(2).map(|pair| pair[1] - pair[0]);
+        Ok((each().fold(f64::INFINITY, f64::min), each().fold(0.0, f64::max), whole))
+    }
 }
 
 /// Points of a curve that are the same length apart, measured along it: with both ends, or, round a curve that ends where it
@@ -181,10 +199,16 @@ impl Operation for Sample {
                 true if sources.len() > 1 => changed.unique_name(p.text("name")?),
                 _ => free_name(&changed, p, &wanted)?,
             };
-            let Sampled { points, closed, spacing, .. } = sampled;
-            let steps = if closed { points.len() } else { points.len() - 1 };
-            let length = spacing * steps as f64;
-            let (count, spaced) = (points.len(), unit.quantity(spacing, 1));
+            let standing = scene.standing(source)?;
+            let (shortest, spacing, length) = sampled.lengths(&curve, &standing).map_err(named(source))?;
+            let Sampled { points, closed, .. } = sampled;
+            let count = points.len();
+            let range = if shortest < spacing {
+                format!("{} to ", unit.quantity(shortest, 1))
+            } else {
+                String::new()
+            };
+            let spaced = format!("{range}{}", unit.quantity(spacing, 1));
             if sources.len() > 1 {
                 notes.push(format!(
                     "\"{source}\" is {} long: {count} points, {spaced} from each to the next along it",
@@ -194,6 +218,9 @@ impl Operation for Sample {
                 notes.push(format!("the curve is {} long", unit.quantity(length, 1)));
                 notes.push(format!("{count} points, {spaced} from each to the next along the curve"));
             }
+            // Where all is longer alike, points that are even are even in the scene.
+            let even = if standing.scale().is_none() { &["spacing", "count"][..] } else { &["spacing"] };
+            notes.extend(in_own_coordinates(scene, source, p, &[], even)?);
             let geometry: Geometry =
                 if as_cloud { Cloud { points }.into() } else { Polyline { points, closed }.into() };
             changed.add(like(scene, source, &name, geometry))?;

@@ -503,3 +503,42 @@ fn what_is_placed_is_swept_as_it_stands() {
         assert_eq!(hangs, if is_flat { None } else { Some("first") });
     }
 }
+
+/// What is placed is told as long as it stands, each way to the next as it is where a transform stretches one axis: of a quarter of a circle the quarter of an ellipse.
+#[test]
+fn points_of_a_stretched_curve_are_told_as_they_stand() {
+    let mut scene = Scene::new();
+    let p = Point::new;
+    let quarter =
+        Curve::arc(p(1.0, 0.0, 0.0), Point::origin(), Vector::z(), std::f64::consts::FRAC_PI_2).unwrap();
+    let mut arc = Object::new("arc", quarter.into());
+    arc.transform = Some(Matrix4::new_nonuniform_scaling(&Vector::new(2.0, 1.0, 1.0)));
+    scene.add(arc).unwrap();
+    let report = run(&mut scene, "sample", json!({ "object": "arc", "count": 3 })).unwrap();
+    let (whole, longest) =
+        (report.numbers["length"].as_f64().unwrap(), report.numbers["spacing"].as_f64().unwrap());
+    // A quarter of the ellipse of the half axes 2 and 1, by Simpson's rule over the angle: the rule is exact to rounding on so many places.
+    let length = |from: f64, to: f64| {
+        let speed = |t: f64| (2.0 * t.sin()).hypot(t.cos());
+        let step = (to - from) / 2000.0;
+        let weight = |k: i32| {
+            if k == 0 || k == 2000 {
+                1.0
+            } else if k % 2 == 1 {
+                4.0
+            } else {
+                2.0
+            }
+        };
+        (0..=2000).map(|k| weight(k) * speed(from + step * f64::from(k))).sum::<f64>() * step / 3.0
+    };
+    let half = std::f64::consts::FRAC_PI_4;
+    assert!((whole - length(0.0, 2.0 * half)).abs() < 1e-10, "{whole}");
+    assert!((longest - length(half, 2.0 * half)).abs() < 1e-10, "{longest}");
+    assert!(report.notes.iter().any(|n| n.contains(" m to ")), "{report:?}");
+    assert!(report.notes.iter().any(|n| n.contains("count is in its own coordinates")), "{report:?}");
+    // Tolerances and deviations of an offset.
+    let offset =
+        run(&mut scene, "offset", json!({ "object": "arc", "distance": 0.25, "tolerance": 1e-5 })).unwrap();
+    assert_eq!(offset.numbers["tolerance"].as_f64(), Some(2e-5));
+}

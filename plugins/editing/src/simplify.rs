@@ -3,7 +3,7 @@
 use loftsman_kernel::Point;
 use loftsman_kernel::error::{Error, Result};
 use loftsman_kernel::plugin::{
-    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport,
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, in_own_coordinates,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
@@ -75,13 +75,15 @@ impl Operation for Simplify {
         };
         // What was removed exactly has moved nothing but by rounding.
         let size = simplified.shape.points().iter().fold(0.0, |most: f64, p| most.max(p.coords.amax()));
-        let moved = scene.unit.quantity(without_rounding(simplified.moved, size), 1);
+        let longer = scene.standing(&name)?.most();
+        let moved = scene.unit.quantity(longer * without_rounding(simplified.moved, size), 1);
         let note = format!(
             "{} of {before} knots removed, {} control vertices left; moved by {} at most, measured",
             simplified.removed,
             simplified.shape.points().len(),
             moved
         );
+        let placed = in_own_coordinates(scene, &name, p, &[], &["tolerance"])?;
         if tolerance > 0.0 {
             scene.replace(&name, simplified.shape)?;
         } else {
@@ -94,7 +96,9 @@ impl Operation for Simplify {
                 other => Err(not_a_spline(&name, other)),
             })?;
         }
-        Ok(done("simplify", name, note))
+        let mut report = done("simplify", name, note);
+        report.notes.extend(placed);
+        Ok(report)
     }
 }
 

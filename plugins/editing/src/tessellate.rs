@@ -7,7 +7,7 @@ use loftsman_kernel::error::Error;
 use loftsman_kernel::mesh::{Layer, Polyline};
 use loftsman_kernel::plugin::{
     Chord, Context, Declaration, Drawn, Field, Fineness, Operation, OperationError, Parameters, StepReport,
-    Tessellated, TessellatedBrep, object_name,
+    Tessellated, TessellatedBrep, in_own_coordinates, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene, Unit};
 use loftsman_kernel::text::{a, counted, without_rounding};
@@ -152,7 +152,10 @@ impl Operation for Tessellate {
             }
         };
         let size = pieces.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
-        let notes = vec![note, near.words(scene.unit, size)];
+        let longer = scene.standing(&name)?.most();
+        let near = Near { error: longer * near.error, tolerance: longer * near.tolerance, ..near };
+        let mut notes = vec![note, near.words(scene.unit, longer * size)];
+        notes.extend(in_own_coordinates(scene, &name, p, &[], &["tolerance"])?);
         scene.replace(&name, pieces)?;
         let mut report = StepReport {
             op: "tessellate".into(),

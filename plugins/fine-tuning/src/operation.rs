@@ -10,7 +10,7 @@ use loftsman_kernel::error::{Figure, MAX_DEGREE};
 use loftsman_kernel::functional::position;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Mark, MarkKind, Operation, OperationError, ParameterError, Parameters,
-    SceneShapes, StepReport, constraint_from, editable, object_name, put_back,
+    SceneShapes, StepReport, asked_in_own_coordinates, constraint_from, editable, object_name, put_back,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::{Location, Shape};
@@ -206,7 +206,10 @@ impl Operation for FineTuneOperation {
         let start = context.clock.seconds();
         let tuned = tune.solve_with(Arc::clone(solver))?;
         let seconds = context.clock.seconds() - start;
-        let report = report(&object, &curve, tuned.curve(), tuned.report(), seconds, (ends, &asked));
+        let mut report = report(&object, &curve, tuned.curve(), tuned.report(), seconds, (ends, &asked));
+        if !asked.is_empty() {
+            report.notes.extend(asked_in_own_coordinates(scene, &object)?);
+        }
         put_back(scene, &object, tuned.curve())?;
         Ok(report)
     }

@@ -8,7 +8,7 @@ use loftsman_kernel::functional::ShapeNames;
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::plugin::{
     ConstraintReport, Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters,
-    StepReport, constraint_from, functional_from, object_name,
+    StepReport, asked_in_own_coordinates, constraint_from, functional_from, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene, Unit};
 use loftsman_kernel::text::without_rounding;
@@ -189,6 +189,7 @@ impl Operation for FitPoints {
         if !parameters.has("corners") {
             report.notes.extend(corner(points, closed, parameters)?);
         }
+        report.notes.extend(asked_in_own_coordinates(scene, name)?);
         let report = StepReport { op: DECLARATION.name.into(), object: Some(name.to_owned()), ..report };
         scene.replace(name, curve)?;
         Ok(report)

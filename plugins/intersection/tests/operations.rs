@@ -663,3 +663,20 @@ fn how_near_what_does_not_meet_comes_is_told() {
     let report = run(&mut scene, "intersect", json!({ "object": "far", "with": "ring" })).unwrap();
     assert_eq!(report.notes[1], "the nearest places are 2 m apart, at (0, 3, 0)");
 }
+
+/// The area that a plane cuts of a cylinder below a transform that stretches: that of an ellipse, by the half axes where it stands.
+#[test]
+fn a_section_is_as_large_as_it_stands() {
+    use nalgebra::{Matrix4, Vector3};
+    let circle = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+    let pipe = Surface::extrusion(&circle, Vector::new(0.0, 0.0, 4.0)).unwrap();
+    let mut scene = Scene::new();
+    let mut object = Object::new("pipe", pipe.into());
+    object.transform = Some(Matrix4::new_nonuniform_scaling(&Vector3::new(3.0, 0.5, 7.0)));
+    scene.add(object).unwrap();
+    let report = run(&mut scene, "section", json!({ "object": "pipe", "axis": "z", "at": 1.0 })).unwrap();
+    let area = report.numbers["planes"][0]["area"].as_f64().unwrap();
+    assert!((area / (1.5 * std::f64::consts::PI) - 1.0).abs() < 1e-6, "{area}");
+    let told = |what: &str| report.notes.iter().any(|note| note.contains(what));
+    assert!(told("an area of 4.712 m²") && told("axis and at are in its own coordinates"), "{report:?}");
+}

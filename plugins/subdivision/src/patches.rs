@@ -5,7 +5,8 @@ use std::any::Any;
 
 use loftsman_kernel::error::Error;
 use loftsman_kernel::plugin::{
-    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, in_own_coordinates,
+    object_name,
 };
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::text::a;
@@ -57,6 +58,8 @@ impl Operation for ToPatches {
             false => OperationError::from(named(e.to_string())),
         })?;
         let count = patches.surfaces.len();
+        let longer = scene.standing(&name)?.most();
+        let placed = in_own_coordinates(scene, &name, parameters, &[], &["tolerance"])?;
         let mut made = scene.clone();
         made.replace(&name, Geometry::Group)?;
         for patch in patches.surfaces {
@@ -70,13 +73,17 @@ impl Operation for ToPatches {
         let near = match count - patches.exact {
             0 => "all of them exactly".to_owned(),
             last => {
-                format!("{} exactly, {last} within {} (certified)", patches.exact, short(patches.deviation))
+                format!(
+                    "{} exactly, {last} within {} (certified)",
+                    patches.exact,
+                    short(longer * patches.deviation)
+                )
             }
         };
         Ok(StepReport {
             op: "patches".into(),
             object: Some(name),
-            notes: vec![format!("{count} bicubic surfaces, {near}")],
+            notes: std::iter::once(format!("{count} bicubic surfaces, {near}")).chain(placed).collect(),
             ..StepReport::default()
         })
     }

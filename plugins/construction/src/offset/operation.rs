@@ -1,7 +1,8 @@
 //! The operation `offset`.
 
 use loftsman_kernel::plugin::{
-    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, in_own_coordinates,
+    object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::text::{a, without_rounding};
@@ -86,10 +87,13 @@ impl Operation for OffsetOf {
         let mut changed = scene.clone();
         let unit = scene.unit;
         let largest = curve.points().iter().map(|p| p.coords.amax()).fold(distance.abs(), f64::max);
+        // As it stands.
+        let longer = scene.standing(&source)?.most();
+        let (deviation, tolerance) = (longer * made_of.deviation, longer * made_of.tolerance);
         let mut notes = vec![format!(
             "{} from where it should be at most, measured both ways; {} were allowed",
-            unit.quantity(without_rounding(made_of.deviation, largest), 1),
-            unit.quantity(made_of.tolerance, 1)
+            unit.quantity(without_rounding(deviation, longer * largest), 1),
+            unit.quantity(tolerance, 1)
         )];
         if made_of.cut > 0 {
             let parts = if made_of.cut == 1 { "part was" } else { "parts were" };
@@ -98,7 +102,7 @@ impl Operation for OffsetOf {
         if made_of.strips {
             notes.push(format!(
                 "where two sides are {} apart, twice the distance, nothing lies between: that strip of no width is left out",
-                unit.quantity(2.0 * distance.abs(), 1)
+                unit.quantity(2.0 * longer * distance.abs(), 1)
             ));
         }
         if made_of.blunted > 0 {
@@ -108,7 +112,6 @@ impl Operation for OffsetOf {
         let wanted = format!("{source} offset");
         let many = made_of.curves.len() > 1;
         let mut first = None;
-        let (deviation, tolerance) = (made_of.deviation, made_of.tolerance);
         let (cut, blunted) = (made_of.cut, made_of.blunted);
         for curve in made_of.curves {
             let name = match p.has("name") {
@@ -121,6 +124,8 @@ impl Operation for OffsetOf {
             changed.add(like(scene, &source, &name, curve.into()))?;
             first.get_or_insert(name);
         }
+        let normal = if p.has("normal") { &["normal"][..] } else { &[] };
+        notes.extend(in_own_coordinates(scene, &source, p, normal, &["distance", "tolerance"])?);
         *scene = changed;
         let mut report = made("offset", first.unwrap_or_default(), notes);
         report.numbers.insert("deviation".into(), deviation.into());

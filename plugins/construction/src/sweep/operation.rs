@@ -1,15 +1,14 @@
 //! The operation `sweep`.
 
+use loftsman_kernel::Vector;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
 };
-use loftsman_kernel::scene::{Geometry, Scene, Standing, Unit};
-use loftsman_kernel::spline::Curve;
+use loftsman_kernel::scene::{Geometry, Scene, Unit};
 use loftsman_kernel::text::{self, without_rounding};
-use loftsman_kernel::{Error, Vector};
 
 use super::{Mitre, Turning, sweep};
-use crate::fields::{NAME, direction, figure, free_name, length, like, made, named};
+use crate::fields::{NAME, direction, figure, free_name, length, like, made, named, seen};
 use crate::revolve::measured;
 
 /// A closed profile whose plane leans off the one across the path by more (60 degrees: it is half as wide then) is warned of.
@@ -210,13 +209,5 @@ impl Operation for Sweep {
         report.numbers.insert("leaned".into(), leaned.into());
         report.numbers.insert("twist".into(), swept.twist.into());
         Ok(report)
-    }
-}
-
-/// A curve as it stands in the scene.
-fn seen(curve: &Curve, place: &Standing) -> loftsman_kernel::Result<Curve> {
-    match place.seen(&curve.clone().into())?.into_owned() {
-        Geometry::Curve(curve) => Ok(curve),
-        other => Err(Error::Invalid(format!("it is {} where it stands", other.kind()))),
     }
 }

@@ -1,7 +1,8 @@
 //! The operation `symmetrize`.
 
 use loftsman_kernel::plugin::{
-    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, in_own_coordinates,
+    object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::spline::Direction;
@@ -96,7 +97,8 @@ impl Operation for Symmetrize {
         let mut notes = vec![match moved {
             Some(moved) => {
                 let largest = scene.object(&source)?.geometry().points().iter().map(|p| p.coords.amax());
-                let moved = without_rounding(moved, largest.fold(0.0, f64::max));
+                let moved =
+                    without_rounding(moved, largest.fold(0.0, f64::max)) * scene.standing(&source)?.most();
                 let what = if is_curve { "" } else { "control vertices " };
                 format!("{what}moved by {} at most", scene.unit.quantity(moved, 1))
             }
@@ -107,6 +109,7 @@ impl Operation for Symmetrize {
         if half == Half::Both {
             notes.extend(one_sided(scene.object(&source)?.geometry().points(), &mirror));
         }
+        notes.extend(in_own_coordinates(scene, &source, p, &["point", "normal"], &[])?);
         *scene.object_mut(&source)?.geometry_mut() = geometry;
         Ok(made("symmetrize", source, notes))
     }

@@ -12,7 +12,7 @@ use loftsman_kernel::error::Error;
 
 use loftsman_kernel::plugin::{
     Chord, Context, CustomShape, Declaration, Field, Fineness, Operation, OperationError, ParameterError,
-    Parameters, StepReport, object_name,
+    Parameters, StepReport, in_own_coordinates, object_name,
 };
 use loftsman_kernel::scene::{Animation, Geometry, Object, Scene};
 
@@ -121,6 +121,7 @@ impl Operation for Tube {
             .map(|animation| Animation { rate: animation.rate, frames: swept.frames });
         let mut notes = vec![format!("{count} faces, {sides} round it")];
         notes.extend(overlap(&line, profile.radius));
+        notes.extend(in_own_coordinates(scene, &name, p, &[], &["radius", "tolerance"])?);
         let mut made = scene.clone();
         if !keep {
             made.remove(&name)?;

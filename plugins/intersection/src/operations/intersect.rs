@@ -112,6 +112,11 @@ impl Operation for Intersect {
                 "\"{with}\" is placed otherwise than \"{object}\": places and lengths are told in the coordinates of \"{object}\""
             ));
         }
+        if brought.is_none() && scene.standing(object)?.to_world().is_some() {
+            notes.push(format!(
+                "\"{object}\" is placed by a transform: places, lengths and the tolerance are in its own coordinates"
+            ));
+        }
         let mut numbers = numbers(&found, &ends);
         // How near they come is asked of two that were shown to be apart.
         let apart = found.meetings.is_empty() && found.overlaps.is_empty() && found.is_complete();

@@ -2,7 +2,8 @@
 
 use loftsman_kernel::mesh::Cloud;
 use loftsman_kernel::plugin::{
-    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_name,
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, in_own_coordinates,
+    object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::text::{a, counted, told_apart, without_rounding};
@@ -117,7 +118,7 @@ impl Operation for CutBy {
         let of_axis =
             |k: usize| told_apart(&planes.iter().map(|plane| plane.point()[k]).collect::<Vec<f64>>());
         let [xs, ys, zs] = [of_axis(0), of_axis(1), of_axis(2)];
-        let one = scene.unit;
+        let (one, standing) = (scene.unit, scene.standing(object)?);
         // For each plane what is told of it in numbers.
         let mut told_planes = Vec::new();
         for (k, plane) in planes.iter().enumerate() {
@@ -255,6 +256,8 @@ impl Operation for CutBy {
                     return Err(Error::Invalid(problem).into());
                 }
             }
+            // As large as it stands.
+            let area = area.map(|area| area * standing.of_areas_across(&plane.normal()));
             told_planes.push(json!({
                 "point": (0..3).map(|k| plane.point()[k] + 0.0).collect::<Vec<f64>>(),
                 "pieces": geometries.len() - before,
@@ -273,13 +276,14 @@ impl Operation for CutBy {
                 }
             }
         }
+        let longer = standing.most();
         if let (Some(wanted), Some(found)) = (options.tolerance, residual)
             && found > wanted
             && !matches!(geometry, Geometry::Curve(_))
         {
             notes.push(format!(
                 "it is up to {} from the surface, farther than the tolerance: the surface turns too sharply there",
-                one.quantity(found, 1)
+                one.quantity(longer * found, 1)
             ));
         }
         if let Some(found) = residual {
@@ -290,16 +294,26 @@ impl Operation for CutBy {
                 // Points are where the curve is: what is only rounding is not told.
                 Geometry::Curve(_) if found == 0.0 => {}
                 Geometry::Curve(_) => {
-                    notes.push(format!("largest distance from the plane: {}", one.quantity(found, 1)));
+                    notes.push(format!(
+                        "largest distance from the plane: {}",
+                        one.quantity(longer * found, 1)
+                    ));
                 }
-                _ => notes.push(format!("largest distance from the surface: {}", one.quantity(found, 1))),
+                _ => notes
+                    .push(format!("largest distance from the surface: {}", one.quantity(longer * found, 1))),
             }
         }
+        let cutting: &[&str] = match (parameters.has("plane"), parameters.has("count")) {
+            (true, _) => &["plane"],
+            (false, true) => &["axis"],
+            (false, false) => &["axis", "at"],
+        };
+        notes.extend(in_own_coordinates(scene, object, parameters, cutting, &["tolerance"])?);
         add_beside(scene, object, &name, geometries)?;
         let mut numbers = serde_json::Map::new();
         numbers.insert("planes".into(), told_planes.into());
         if let Some(found) = residual {
-            numbers.insert("distance".into(), found.into());
+            numbers.insert("distance".into(), (longer * found).into());
         }
         Ok(StepReport {
             op: "section".into(),
