@@ -249,7 +249,7 @@ mod tests {
             (1.5, 1.0, "1.5 is outside the domain [0, 1]"),
             (-1e-9, turn, "-1e-9 is outside the domain [0, 6.28319]"),
             // Whoever takes the end from such a message is told why that is none.
-            (6.28319, turn, "6.28319 is outside the domain [0, 6.283185307179586]"),
+            ((turn * 1e5).round() / 1e5, turn, "6.28319 is outside the domain [0, 6.283185307179586]"),
             (1.0 + f64::EPSILON, 1.0, "1.0000000000000002 is outside the domain [0, 1]"),
             (f64::NAN, turn, "NaN is outside the domain [0, 6.283185307179586]"),
             (f64::INFINITY, 1.0, "inf is outside the domain [0, 1]"),

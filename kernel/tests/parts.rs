@@ -1,4 +1,5 @@
 //! The part of a surface that loops bound: what is in it and what is nearest to a point, against closed forms on a plane.
+#![allow(clippy::unwrap_used, reason = "tests")]
 
 use loftsman_kernel::brep::Brep;
 use loftsman_kernel::spline::trimmed::{ParameterCurve, Region, Trimmed};

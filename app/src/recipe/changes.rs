@@ -12,21 +12,34 @@ use super::deviation::deviation;
 use crate::measures::Measures;
 use crate::placed::measures;
 
-/// The objects of a scene before a step. It shares their geometry: no number is copied.
-pub(super) struct Before(HashMap<String, Arc<Geometry>>, HashMap<String, Standing>);
+/// The objects of a scene before a step, and how those stand that are placed. It shares their geometry: no number is copied.
+pub(super) struct Before {
+    geometries: HashMap<String, Arc<Geometry>>,
+    standings: HashMap<String, Standing>,
+}
 
-/// Measures of geometries that were taken before, by the geometry, in its own coordinates and where lengths do not go by one number as one of those stands that have it; that of a
-/// step's end is that of the next one's start.
+/// Measures of geometries that were taken before, by the geometry: those of a step's end are those of the next one's start.
 #[derive(Default)]
-pub(super) struct Known(HashMap<usize, (Arc<Geometry>, Measures, Option<(Standing, Measures)>)>);
+pub(super) struct Known(HashMap<usize, Taken>);
+
+/// What was measured of a geometry.
+struct Taken {
+    /// Held, so that no other one takes its address.
+    _geometry: Arc<Geometry>,
+    /// In its own coordinates.
+    own: Measures,
+    /// As one of the objects stands that have it, where lengths there do not follow from its own by one number.
+    there: Option<(Standing, Measures)>,
+}
 
 impl Known {
     fn measures(&mut self, geometry: &Arc<Geometry>, standing: &Standing) -> Measures {
         let id = Arc::as_ptr(geometry).cast::<()>() as usize;
-        let (_, own, there) = self
-            .0
-            .entry(id)
-            .or_insert_with(|| (Arc::clone(geometry), Measures::by_quadrature(geometry), None));
+        let Taken { own, there, .. } = self.0.entry(id).or_insert_with(|| Taken {
+            _geometry: Arc::clone(geometry),
+            own: Measures::by_quadrature(geometry),
+            there: None,
+        });
         if standing.scale().is_some() {
             return measures(geometry, own, standing, Measures::by_quadrature);
         }
@@ -46,24 +59,27 @@ impl Before {
     pub(super) fn of(scene: &Scene) -> Self {
         let objects = scene.objects().iter();
         let geometries = objects.map(|o| (o.name().to_owned(), Arc::clone(o.shared_geometry()))).collect();
-        Self(geometries, standings(scene))
+        Self { geometries, standings: standings(scene) }
     }
 
     /// What is called otherwise since: the old names and the new ones. What two objects share cannot be told apart, and is not looked for.
     pub(super) fn renamed(&self, scene: &Scene) -> Vec<(String, String)> {
         let mut new: HashMap<*const Geometry, Option<&str>> = HashMap::new();
-        for object in scene.objects().iter().filter(|object| !self.0.contains_key(object.name())) {
+        for object in scene.objects().iter().filter(|object| !self.geometries.contains_key(object.name())) {
             let shared = new.entry(Arc::as_ptr(object.shared_geometry())).or_insert(Some(object.name()));
             *shared = shared.filter(|name| *name == object.name());
         }
-        let gone = self.0.iter().filter(|(name, _)| scene.get(name).is_none());
+        let gone = self.geometries.iter().filter(|(name, _)| scene.get(name).is_none());
         let now = |geometry: &Arc<Geometry>| new.get(&Arc::as_ptr(geometry)).copied().flatten();
         gone.filter_map(|(name, geometry)| Some((name.clone(), now(geometry)?.to_owned()))).collect()
     }
 
     /// The points that have become a curve or a surface in the step, each list as a cloud beside the object.
     pub(super) fn fitted(&self, scene: &Scene) -> Vec<Object> {
-        let points = |object: &Object| match (self.0.get(object.name()).map(Arc::as_ref), object.geometry()) {
+        let points = |object: &Object| match (
+            self.geometries.get(object.name()).map(Arc::as_ref),
+            object.geometry(),
+        ) {
             (
                 Some(before @ (Geometry::Cloud(_) | Geometry::Polyline(_))),
                 Geometry::Curve(_) | Geometry::Surface(_),
@@ -86,12 +102,12 @@ impl Before {
         let mut unchanged = 0;
         let standings = standings(scene);
         let stood = |all: &HashMap<String, Standing>, name: &str| all.get(name).copied().unwrap_or_default();
-        let known_before: HashSet<*const Geometry> = self.0.values().map(Arc::as_ptr).collect();
+        let known_before: HashSet<*const Geometry> = self.geometries.values().map(Arc::as_ptr).collect();
         let known_after: HashSet<*const Geometry> =
             scene.objects().iter().map(|object| Arc::as_ptr(object.shared_geometry())).collect();
         for object in scene.objects() {
             let after = object.shared_geometry();
-            let before = self.0.get(object.name());
+            let before = self.geometries.get(object.name());
             match before {
                 Some(before) if Arc::ptr_eq(before, after) || before == after => unchanged += 1,
                 None if matches!(**after, Geometry::Group | Geometry::Instance(_)) => {}
@@ -99,21 +115,21 @@ impl Before {
                 None if known_before.contains(&Arc::as_ptr(after)) => {}
                 before => {
                     let name = object.name();
-                    let (was, is) = (stood(&self.1, name), stood(&standings, name));
+                    let (was, is) = (stood(&self.standings, name), stood(&standings, name));
                     let change = change(name, before.map(|b| (b, was)), Some((after, is)), known);
                     report.warnings.extend(collapsed(&change, before.map(Arc::as_ref), after));
                     report.objects.push(change);
                 }
             }
         }
-        let mut gone: Vec<_> = self.0.iter().filter(|(name, _)| scene.get(name).is_none()).collect();
+        let mut gone: Vec<_> = self.geometries.iter().filter(|(name, _)| scene.get(name).is_none()).collect();
         gone.retain(|(_, before)| {
             let shown = matches!(***before, Geometry::Group | Geometry::Instance(_));
             !shown && !known_after.contains(&Arc::as_ptr(before))
         });
         gone.sort_unstable_by_key(|(name, _)| *name);
         for (name, before) in gone {
-            report.objects.push(change(name, Some((before, stood(&self.1, name))), None, known));
+            report.objects.push(change(name, Some((before, stood(&self.standings, name))), None, known));
         }
         report.unchanged = Some(unchanged);
         // Only the state after this step is asked for again.

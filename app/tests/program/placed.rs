@@ -52,9 +52,9 @@ fn what_operations_tell_is_what_info_tells() {
         all.iter_mut().for_each(|object| object["parent"] = json!("above"));
         all.push(json!({ "name": "above", "transform": map, "group": {} }));
         let scene = json!({ "loftsman": 1, "unit": "mm", "up": "z", "objects": all });
-        bench.write("in.loft.json", &scene.to_string());
+        bench.write("in.loft.json", scene.to_string());
         let recipe = json!({ "input": "in.loft.json", "output": "out.loft.json", "step": steps });
-        bench.write("r.json", &recipe.to_string());
+        bench.write("r.json", recipe.to_string());
         let report = bench.json(&["run", "r.json"]);
         let info = bench.json(&["info", "out.loft.json"]);
         let mut compared = 0;
@@ -89,7 +89,7 @@ fn what_is_asked_in_own_coordinates_is_said_to_be() {
     let double = json!([[2, 0, 0, 0], [0, 2, 0, 0], [0, 0, 2, 0], [0, 0, 0, 1]]);
     all.iter_mut().for_each(|object| object["transform"] = double.clone());
     let scene = json!({ "loftsman": 1, "unit": "mm", "up": "z", "objects": all });
-    bench.write("in.loft.json", &scene.to_string());
+    bench.write("in.loft.json", scene.to_string());
     let cases = [
         (
             json!({ "op": "sample", "object": "p", "spacing": 1 }),
@@ -128,7 +128,7 @@ fn what_is_asked_in_own_coordinates_is_said_to_be() {
     ];
     for (step, wanted) in cases {
         let recipe = json!({ "input": "in.loft.json", "output": "out.loft.json", "step": [step] });
-        bench.write("r.json", &recipe.to_string());
+        bench.write("r.json", recipe.to_string());
         let said = bench.done(&["run", "r.json"]);
         for wanted in wanted {
             assert!(said.contains(wanted), "{step}: {wanted:?} is not in {said}");

@@ -1,12 +1,22 @@
 //! The foot of a point on a surface, searched from a place nearby.
 
 use super::Surface;
-use super::closest::Foot;
 use crate::error::{Error, Result};
 use crate::{Point, Vector};
 
 /// Steps before the search stops with what it has.
 const STEPS: usize = 60;
+
+/// A closest point among those around it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Foot {
+    /// Its parameters.
+    pub at: (f64, f64),
+    /// The point there.
+    pub point: Point,
+    /// Its distance.
+    pub distance: f64,
+}
 
 impl Surface {
     /// A point of the surface that is closest to `point` among those around it, reached downhill from `start`: for one point after
