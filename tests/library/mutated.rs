@@ -188,6 +188,32 @@ fn changed_iges_files_are_read_or_refused() {
     mutated("iges", &["igs", "iges"]);
 }
 
+/// Changes after which edges are far from surfaces to which a million places are about as near: that took some 40 s of processor time a file, as all of them were
+/// looked for at each place of each edge.
+#[test]
+fn edges_far_from_their_surfaces_are_told_soon() {
+    let registry = loftsman::registry();
+    let begun = Instant::now();
+    for (name, file, change) in [
+        ("step", "base_interface_AP203.STEP", 1_221_602),
+        ("step", "NIST_MBE_PMI_11.stp", 1_171_357),
+        ("iges", "D150WithGuides_wing.igs", 1_038_410),
+        ("iges", "D150WithGuides_wing.igs", 1_099_700),
+    ] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name).join(file);
+        let bytes = changed(&std::fs::read(path).unwrap(), &mut Numbers(change));
+        let format = registry.formats().iter().find(|f| f.declaration().name == name).unwrap();
+        let (_, report) = format.read(&Memory::new(file, bytes.clone()), &ReadOptions::default()).unwrap();
+        assert!(
+            report.notes.iter().any(|note| note.contains("off the surface of face")),
+            "{file}: {report:?}"
+        );
+        assert!(survives(format.as_ref(), file, bytes));
+    }
+    // Both times of all four: it was five minutes on a quiet machine.
+    assert!(begun.elapsed() < LONGEST, "{:?}", begun.elapsed());
+}
+
 /// Files of which one number was changed so that faces are nowhere near their edges: what cannot be cut is left out with the reason, after a search that
 /// ends. Each took minutes and more.
 #[test]

@@ -455,7 +455,8 @@ pub(super) mod tests {
             let far = (0..=1200 * 1201).map(|k: u32| new.point(at(k / 1201), at(k % 1201)).unwrap().z);
             let far = far.fold(0.0, f64::max);
             let found = deviation(&old.into(), &new.into()).unwrap();
-            assert!(found >= far && found < far * (1.0 + 1e-3), "{count}: {found} {far}");
+            // At a flat top but for rounding.
+            assert!(found > far * (1.0 - 1e-12) && found < far * (1.0 + 1e-3), "{count}: {found} {far}");
         }
     }
 
@@ -485,7 +486,8 @@ pub(super) mod tests {
             let [old, new] = [old, new]
                 .map(|s| Geometry::from(Trimmed::new(s, regions.clone(), Vec::new(), Vec::new()).unwrap()));
             let found = deviation(&old, &new).unwrap();
-            assert!((found - far).abs() <= 1e-4 * far, "{row}: {found} {far}");
+            // What has not moved is where it was to rounding, on a sheet of 9.
+            assert!((found - far).abs() <= 1e-4 * far + 1e-13 * end, "{row}: {found} {far}");
         }
         let block = |by: f64| {
             Geometry::from(Brep::block(Point::new(by, 0.0, 0.0), Point::new(2.0, 3.0, 4.0)).unwrap())

@@ -10,6 +10,10 @@ use crate::{Point, parallel};
 /// The part of a distance that is more than a tolerance by which another place may be nearer than the one that is taken.
 const OFF: f64 = 1e-3;
 
+/// Pieces of a surface that are looked at, place after place, for what of an edge may be nearer to it than where the way downhill has ended. On files of CAD programs
+/// a place takes some tens; on those with one wrong number in them all places of an edge may be about as far from a million pieces.
+const PIECES: usize = 4000;
+
 /// Edges that are off by more than this part of the Brep's size are misplaced: no rounding of a writer, nor a curve that it fitted, comes to that.
 const MISPLACED: f64 = 1e-4;
 /// So many flaws are told one by one.
@@ -87,7 +91,8 @@ impl std::fmt::Display for Flaw {
 impl Brep {
     /// What is further from its place than its own tolerance and `slack` (in the scene's unit): ends of edges from vertices, edges
     /// from the surfaces of their faces, at `2p + 3` places of each knot span. By number of edge. Each place costs a few steps downhill
-    /// on the surface from the place before; a search of all of it where these end too far off.
+    /// on the surface from the place before; where these end too far off, and further than at the places before, a search of all of it, as long as it has looked at
+    /// few pieces of the surface for the edge: after that what is said to be off may be so by less.
     ///
     /// # Errors
     /// When an evaluation overflows.
@@ -136,21 +141,23 @@ impl Brep {
             let Some(surface) = &surfaces[face] else { continue };
             let mut worst = (from, 0.0);
             let mut last = None;
+            let mut left = PIECES;
             for (&t, point) in places.iter().zip(&points) {
                 let enough = edge.tolerance + slack;
                 let start = last.unwrap_or_else(|| surface.seed(*point));
                 let mut foot =
                     surface.foot_within(*point, start, enough).map(|foot| (foot.at, foot.distance))?;
                 // Downhill it may have come to a border that the edge crosses, or to another sheet.
-                if foot.1 > enough {
+                if foot.1 > enough.max(worst.1) && left > 0 {
                     // Which of the places that are about as near matters not; of that one the distance is told as it is.
-                    let nearly = surface.nearly_closest(*point, 0.01 * enough, OFF)?;
+                    let (nearly, looked) = surface.nearly_closest_of(*point, 0.01 * enough, OFF, left)?;
+                    left = left.saturating_sub(looked);
                     let closest = surface.foot(*point, nearly.at)?;
-                    foot = if closest.distance <= nearly.distance {
-                        (closest.at, closest.distance)
-                    } else {
-                        (nearly.at, nearly.distance)
-                    };
+                    for other in [(closest.at, closest.distance), (nearly.at, nearly.distance)] {
+                        if other.1 < foot.1 {
+                            foot = other;
+                        }
+                    }
                 }
                 last = Some(foot.0);
                 if foot.1 > worst.1 {

@@ -39,7 +39,18 @@ impl Surface {
     /// # Errors
     /// As for [`closest`](Self::closest).
     pub fn nearly_closest(&self, point: Point, absolute: f64, relative: f64) -> Result<Closest<(f64, f64)>> {
-        Ok(self.search(point, (absolute, relative), None)?.0)
+        Ok(self.search(point, (absolute, relative), None, PIECES)?.0)
+    }
+
+    /// The same, but of so many pieces at most: what it has then, and how many it has looked at. The gap says what may have been missed.
+    pub(crate) fn nearly_closest_of(
+        &self,
+        point: Point,
+        absolute: f64,
+        relative: f64,
+        most: usize,
+    ) -> Result<(Closest<(f64, f64)>, usize)> {
+        self.search(point, (absolute, relative), None, most)
     }
 
     /// The closest point of the part of the surface that counts, to be better than a `start` (the nearest of the part's border): pieces that count
@@ -53,25 +64,26 @@ impl Surface {
         kept: &dyn Kept,
         start: (f64, f64),
     ) -> Result<Closest<(f64, f64)>> {
-        Ok(self.search(point, (0.0, 0.0), Some((kept, start)))?.0)
+        Ok(self.search(point, (0.0, 0.0), Some((kept, start)), KEPT_PIECES)?.0)
     }
 
     /// The closest point, and how many pieces were looked at.
     ///
     /// Where a span is so short that its parameters' last digit is a way that matters (1e-9 at 1000), no parameter may stand for the nearest point: nothing nearer
     /// by less than such a step is looked for there, and the gap says so.
-    pub(super) fn search(
+    fn search(
         &self,
         point: Point,
         slack: (f64, f64),
         kept: Option<(&dyn Kept, (f64, f64))>,
+        most: usize,
     ) -> Result<(Closest<(f64, f64)>, usize)> {
         check(point)?;
         if let Some(factor) = factor_for_squares(self.points(), point) {
             let weights = self.weights().map(<[f64]>::to_vec);
             let points = times(self.points(), factor);
             let scaled = Self::build(self.u().clone(), self.v().clone(), points, weights)?;
-            let (found, count) = scaled.search(point * factor, (slack.0 * factor, slack.1), kept)?;
+            let (found, count) = scaled.search(point * factor, (slack.0 * factor, slack.1), kept, most)?;
             return Ok((found.scaled_back(factor, |(u, v)| self.point(u, v))?, count));
         }
         let (su, sv) = (self.u(), self.v());
@@ -105,7 +117,6 @@ impl Surface {
         }
         let kept = kept.map(|(kept, _)| kept);
         let counts = |at: (f64, f64)| kept.is_none_or(|kept| kept.has([at.0, at.1]));
-        let most = if kept.is_some() { KEPT_PIECES } else { PIECES };
         let fine = [su, sv].map(|space| FINE * (space.domain().1 - space.domain().0));
         let mut heap = BinaryHeap::from(pieces);
         let mut count = 0;
