@@ -18,6 +18,8 @@ const ON_WAYS_OF_CURVES: usize = 100_000;
 const SUSPECTS: usize = 32;
 /// From so many of all these places, the furthest that are further than those around them, further ones are looked for.
 const CLIMBED: usize = 4;
+/// The most faces of a Brep that have moved: of all of them it would take long.
+const MOVED_FACES: usize = 8;
 /// Places of each span of a border.
 const ON_BORDERS: usize = 4;
 /// Halvings of the step of such a search.
@@ -51,7 +53,11 @@ pub(super) fn deviation(before: &Geometry, after: &Geometry) -> Option<f64> {
             let moved = |face: &usize| before.surface(*face) != after.surface(*face);
             let of_face =
                 |face: usize| both(&before.part(face).ok()?, &after.part(face).ok()?, true, of_parts);
-            (before.face_count() == count).then(|| largest((0..count).filter(moved).map(of_face)))?
+            if before.face_count() != count {
+                return None;
+            }
+            let faces: Vec<usize> = (0..count).filter(moved).collect();
+            (faces.len() <= MOVED_FACES).then(|| largest(faces.into_iter().map(of_face)))?
         }
         (Geometry::Custom(_), _) | (_, Geometry::Custom(_)) => None,
         // What was fitted to points is as far off as the furthest of them.
@@ -123,7 +129,7 @@ fn of_surfaces(before: &Surface, after: &Surface) -> Option<f64> {
     same.then(|| furthest(&dense, most.as_slice(), way))?
 }
 
-/// Of what loops leave of two surfaces: what is cut away counts on neither.
+/// Of what loops leave of two surfaces: what is cut away counts on neither. Beyond the border of the old one the nearest place is one of the border, which is no less.
 fn of_parts(before: &Part, after: &Part) -> Option<f64> {
     let (old, new) = (before.surface(), after.surface());
     let directions = [new.u(), new.v()];
@@ -138,15 +144,14 @@ fn of_parts(before: &Part, after: &Part) -> Option<f64> {
             border.push(after.wrapped([at.x, at.y]));
         }
     }
-    let pieces = old.u().spans().count().saturating_mul(old.v().spans().count());
+    let spans: usize = before.border().iter().map(|curve| curve.curve().space().spans().count()).sum();
+    let pieces = old.u().spans().count().saturating_mul(old.v().spans().count()).saturating_add(spans);
     if pieces.saturating_mul(grid[0].len() * grid[1].len() + border.len()) > EFFORT {
         return None;
     }
     let away = |[u, v]: [f64; 2]| -> Option<f64> {
         let point = new.point(u, v).ok()?;
-        let closest = before.closest(point).ok()?;
-        let foot = old.foot(point, closest.at).ok().filter(|foot| before.has(before.wrapped(foot.at.into())));
-        Some(foot.map_or(closest.distance, |foot| foot.distance.min(closest.distance)))
+        before.distance_at_most(point).ok()
     };
     let inside = |at: [f64; 2]| if after.has(at) { away(at) } else { Some(0.0) };
     let domains = [old, new].map(|surface| [surface.u().domain(), surface.v().domain()]);

@@ -79,6 +79,7 @@ impl Format for Obj {
             plain: true,
             options: OPTIONS,
             holds: Holds {
+                unused_materials: true,
                 up: Some(Up::Y),
                 exact: &["curve", "surface", "trimmed", "mesh", "polyline", "cloud"],
                 tessellated: &["surface", "trimmed", "brep", "shape"],

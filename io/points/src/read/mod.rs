@@ -206,8 +206,7 @@ impl Reading {
         if scan.tecplot && !block.gaps.is_empty() || block.kind.is_none() && !block.gaps.is_empty() {
             self.note("blank lines between rows do not separate objects: all rows are one");
         }
-        let own = block.name.take().map(|name| without_padding(&name).to_owned());
-        let said = own.or_else(|| if several { None } else { self.name.clone() });
+        let said = block.name.take().or_else(|| if several { None } else { self.name.clone() });
         let name = self.scene.unique_name(said.as_deref().unwrap_or(stem(file)));
         let geometry = self.geometry(block, file, asked);
         Ok(Object::new(name, geometry).labelled(&said.unwrap_or_default()))

@@ -155,7 +155,7 @@ impl<'t> Scanner<'t> {
             }
         })?;
         if let Some((_, heading)) = self.below.first() {
-            let name = text(heading);
+            let name = super::without_padding(&text(heading)).to_owned();
             self.below.clear();
             self.scan.headed = true;
             self.open(Block { name: Some(name), ..Block::default() });

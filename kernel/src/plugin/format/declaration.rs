@@ -147,6 +147,8 @@ pub struct Holds {
     pub materials: bool,
     /// Materials, pictures and definitions that nothing uses.
     pub unused: bool,
+    /// Whether materials that no object has are kept, where other things that nothing shows are not.
+    pub unused_materials: bool,
     /// Frames of animations.
     pub animation: bool,
     /// Which edges of surfaces are said to be one.
@@ -178,6 +180,7 @@ impl Holds {
         labels: false,
         materials: false,
         unused: false,
+        unused_materials: false,
         animation: false,
         connections: false,
         statements: &[],
@@ -202,6 +205,7 @@ impl Holds {
         labels: true,
         materials: true,
         unused: true,
+        unused_materials: true,
         animation: true,
         connections: true,
         statements: &[""],

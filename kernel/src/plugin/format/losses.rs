@@ -150,7 +150,8 @@ impl Holds {
             say(all, "material[|s] [is|are] left out");
             say(scene.images.iter().count(), "picture[|s] [is|are] left out");
         } else if !self.unused {
-            say(materials, "material[|s] that no object has [is|are] lost");
+            let lost = if self.unused_materials { 0 } else { materials };
+            say(lost, "material[|s] that no object has [is|are] lost");
             say(images, "picture[|s] that nothing shows [is|are] lost");
         }
         if !self.unused {
