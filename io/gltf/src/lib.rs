@@ -113,6 +113,7 @@ impl Format for Gltf {
                 ],
                 hides: false,
                 unused: false,
+                unused_materials: false,
                 connections: false,
                 statements: &[words::PREFIX],
                 single_precision: true,

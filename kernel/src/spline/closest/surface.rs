@@ -24,7 +24,7 @@ pub(crate) trait Kept {
 }
 
 impl Surface {
-    /// The point of the surface closest to `point`, over the whole surface, as [`Curve::closest`].
+    /// The point of the surface closest to `point`, over the whole surface, as [`Curve::closest`](crate::spline::Curve::closest).
     ///
     /// # Errors
     /// When `point` is not finite, or the distance is no number.
