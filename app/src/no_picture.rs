@@ -43,9 +43,7 @@ impl Look {
     pub fn unmet(&self, _: &Scene) -> Vec<String> {
         Vec::new()
     }
-}
 
-impl Look {
     /// Nothing is drawn, so that nothing is missing.
     #[allow(clippy::unused_self, reason = "as with pictures")]
     pub(crate) fn absent(&self, _: &Scene) -> Option<(String, String)> {

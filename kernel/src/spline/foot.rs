@@ -32,6 +32,16 @@ impl Surface {
         self.foot_within(point, start, 0.0)
     }
 
+    /// The point of the whole surface that is closest to `point`, to rounding: the [foot](Self::foot) from the certified closest place, where that is nearer still.
+    ///
+    /// # Errors
+    /// When the point is not finite, or the distance is no number.
+    pub fn closest_foot(&self, point: Point) -> Result<Foot> {
+        let found = self.closest(point)?;
+        let known = Foot { at: found.at, point: found.point, distance: found.distance };
+        Ok(self.foot(point, found.at).ok().filter(|foot| foot.distance <= known.distance).unwrap_or(known))
+    }
+
     /// As [`foot`](Self::foot), but any place as near as `enough` will do.
     pub(crate) fn foot_within(&self, point: Point, start: (f64, f64), enough: f64) -> Result<Foot> {
         if !(point.iter().all(|c| c.is_finite()) && start.0.is_finite() && start.1.is_finite()) {

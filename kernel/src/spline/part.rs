@@ -91,18 +91,11 @@ impl Part {
     /// # Errors
     /// As for [`closest`](Self::closest).
     pub fn distance_at_most(&self, point: Point) -> Result<f64> {
-        let found = self.surface.closest(point)?;
-        // Newton's steps make the foot exact to rounding.
-        let foot = self.surface.foot(point, found.at)?;
-        let (at, distance) = if foot.distance <= found.distance {
-            (foot.at, foot.distance)
-        } else {
-            (found.at, found.distance)
-        };
-        if self.has(self.wrapped(at.into())) {
-            return Ok(distance);
+        let foot = self.surface.closest_foot(point)?;
+        if self.has(self.wrapped(foot.at.into())) {
+            return Ok(foot.distance);
         }
-        Ok(self.nearest_of_border(point)?.map_or(distance, |(_, distance)| distance))
+        Ok(self.nearest_of_border(point)?.map_or(foot.distance, |(_, distance)| distance))
     }
 
     /// The place of the border that is nearest to a point, and how near.

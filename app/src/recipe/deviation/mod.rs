@@ -1,0 +1,206 @@
+//! How far a shape is from what it was.
+
+mod furthest;
+#[cfg(test)]
+pub(super) mod tests;
+
+use loftsman_kernel::Point;
+use loftsman_kernel::scene::Geometry;
+use loftsman_kernel::spline::part::Part;
+use loftsman_kernel::spline::{Curve, Space, Surface};
+
+use furthest::{furthest, suspects};
+
+/// Places of a curve at which its distance from another is taken, about as many.
+const ON_CURVES: usize = 256;
+/// The same of a surface, in each direction.
+const ON_SURFACES: usize = 12;
+/// The most pieces of the other shape, all places together, that a search for closest points looks at.
+const EFFORT: usize = 1_000_000;
+/// The most places of a direction of a surface at which the ways of points of the same parameters are compared, which cost little; and of a curve.
+const ON_WAYS: usize = 500;
+const ON_WAYS_OF_CURVES: usize = 100_000;
+/// The most faces of a Brep that have moved: of all of them it would take long.
+const MOVED_FACES: usize = 8;
+/// Places of each span of a border.
+const ON_BORDERS: usize = 4;
+
+/// The largest distance between places of the new shape and the old shape: for curves and surfaces from each to the nearest point of the other (of what has another
+/// domain, as a part, from the new one only), from points to the nearest of a shape that was fitted to them, for points to the point of the same number. `None` where the two are of different kinds, or a search would take long.
+pub(super) fn deviation(before: &Geometry, after: &Geometry) -> Option<f64> {
+    match (before, after) {
+        (Geometry::Curve(before), Geometry::Curve(after)) => {
+            // One that is begun elsewhere is whole, too.
+            let [old, new] = [before, after].map(|curve| curve.space().length());
+            let whole = (old - new).abs() <= 1e-12 * old;
+            both(before, after, whole, of_curves)
+        }
+        (Geometry::Surface(before), Geometry::Surface(after)) => {
+            let domains = [before, after].map(|surface| [surface.u().domain(), surface.v().domain()]);
+            both(before, after, domains[0] == domains[1], of_surfaces)
+        }
+        (Geometry::Trimmed(before), Geometry::Trimmed(after)) => {
+            let [before, after] = [before.part().ok()?, after.part().ok()?];
+            both(&before, &after, true, of_parts)
+        }
+        // Face by face: the place on another face that is nearer, if there is one, is not looked for.
+        (Geometry::Brep(before), Geometry::Brep(after)) => {
+            let count = after.face_count();
+            let moved = |face: &usize| before.surface(*face) != after.surface(*face);
+            let of_face =
+                |face: usize| both(&before.part(face).ok()?, &after.part(face).ok()?, true, of_parts);
+            if before.face_count() != count {
+                return None;
+            }
+            let faces: Vec<usize> = (0..count).filter(moved).collect();
+            (faces.len() <= MOVED_FACES).then(|| largest(faces.into_iter().map(of_face)))?
+        }
+        (Geometry::Custom(_), _) | (_, Geometry::Custom(_)) => None,
+        // What was fitted to points is as far off as the furthest of them.
+        (Geometry::Polyline(_) | Geometry::Cloud(_), Geometry::Curve(curve)) => {
+            let points = before.points();
+            let effort = curve.space().spans().count().saturating_mul(points.len());
+            let near = |p: &Point| Some(curve.closest(*p).ok()?.distance);
+            (effort <= EFFORT).then(|| largest(points.iter().map(near)))?
+        }
+        (Geometry::Cloud(_), Geometry::Surface(surface)) => {
+            let points = before.points();
+            let pieces = surface.u().spans().count().saturating_mul(surface.v().spans().count());
+            let near = |p: &Point| Some(surface.closest_foot(*p).ok()?.distance);
+            (pieces.saturating_mul(points.len()) <= EFFORT).then(|| largest(points.iter().map(near)))?
+        }
+        (before, after) if before.kind() == after.kind() => {
+            let (before, after) = (before.points(), after.points());
+            (before.len() == after.len() && !after.is_empty())
+                .then(|| largest(before.iter().zip(after).map(|(a, b)| Some(distance(a, b)))))?
+        }
+        _ => None,
+    }
+}
+
+/// One way, or both ways.
+fn both<S>(before: &S, after: &S, whole: bool, one: fn(&S, &S) -> Option<f64>) -> Option<f64> {
+    let there = one(before, after)?;
+    Some(if whole { there.max(one(after, before)?) } else { there })
+}
+
+fn of_curves(before: &Curve, after: &Curve) -> Option<f64> {
+    let breaks = after.space().breakpoints();
+    let way = |[u]: [f64; 1]| Some(distance(&before.point(u).ok()?, &after.point(u).ok()?));
+    let spans = after.space().spans().count();
+    let dense = [places(&breaks, (2 * spans).clamp(ON_CURVES, ON_WAYS_OF_CURVES))];
+    let most =
+        moved_most(before.points(), after.points()).and_then(|k| middle(after.space(), k)).map(|u| [u]);
+    let grid = places(&breaks, ON_CURVES);
+    if before.space().spans().count().saturating_mul(grid.len()) <= EFFORT {
+        let away = |[u]: [f64; 1]| Some(before.closest(after.point(u).ok()?).ok()?.distance);
+        let alike = before.domain() == after.domain();
+        let mut more = if alike { suspects(&dense, way, away)? } else { Vec::new() };
+        more.extend(most);
+        return furthest(&[grid], &more, away);
+    }
+    // The way of each point: it bounds the distance.
+    (before.space() == after.space()).then(|| furthest(&dense, most.as_slice(), way))?
+}
+
+fn of_surfaces(before: &Surface, after: &Surface) -> Option<f64> {
+    let directions = [after.u(), after.v()];
+    let dense = directions
+        .map(|space| places(&space.breakpoints(), (2 * space.spans().count()).clamp(ON_SURFACES, ON_WAYS)));
+    let way = |[u, v]: [f64; 2]| Some(distance(&before.point(u, v).ok()?, &after.point(u, v).ok()?));
+    let most = moved_most(before.points(), after.points()).and_then(|k| {
+        let columns = after.v().len();
+        Some([middle(after.u(), k / columns)?, middle(after.v(), k % columns)?])
+    });
+    let grid = directions.map(|space| places(&space.breakpoints(), ON_SURFACES));
+    let pieces = before.u().spans().count().saturating_mul(before.v().spans().count());
+    if pieces.saturating_mul(grid[0].len() * grid[1].len()) <= EFFORT {
+        let away = |[u, v]: [f64; 2]| Some(before.closest_foot(after.point(u, v).ok()?).ok()?.distance);
+        let alike = before.u().domain() == after.u().domain() && before.v().domain() == after.v().domain();
+        let mut more = if alike { suspects(&dense, way, away)? } else { Vec::new() };
+        more.extend(most);
+        return furthest(&grid, &more, away);
+    }
+    let same = before.u() == after.u() && before.v() == after.v();
+    same.then(|| furthest(&dense, most.as_slice(), way))?
+}
+
+/// Of what loops leave of two surfaces: what is cut away counts on neither. Beyond the border of the old one the nearest place is one of the border, which is no less.
+fn of_parts(before: &Part, after: &Part) -> Option<f64> {
+    let (old, new) = (before.surface(), after.surface());
+    let directions = [new.u(), new.v()];
+    let grid = directions.map(|space| places(&space.breakpoints(), ON_SURFACES));
+    let mut border = Vec::new();
+    for curve in after.border() {
+        let (from, to) = curve.range();
+        let spans = curve.curve().space().spans().count();
+        let count = (ON_BORDERS * spans).min(ON_CURVES);
+        for k in 0..count {
+            let at = curve.curve().point(from + (to - from) * (k as f64 / count as f64)).ok()?;
+            border.push(after.wrapped([at.x, at.y]));
+        }
+    }
+    let spans: usize = before.border().iter().map(|curve| curve.curve().space().spans().count()).sum();
+    let pieces = old.u().spans().count().saturating_mul(old.v().spans().count()).saturating_add(spans);
+    if pieces.saturating_mul(grid[0].len() * grid[1].len() + border.len()) > EFFORT {
+        return None;
+    }
+    let away = |[u, v]: [f64; 2]| -> Option<f64> {
+        let point = new.point(u, v).ok()?;
+        before.distance_at_most(point).ok()
+    };
+    let inside = |at: [f64; 2]| if after.has(at) { away(at) } else { Some(0.0) };
+    let domains = [old, new].map(|surface| [surface.u().domain(), surface.v().domain()]);
+    let mut more = Vec::new();
+    if domains[0] == domains[1] {
+        let way = |at: [f64; 2]| {
+            let there = || Some(distance(&old.point(at[0], at[1]).ok()?, &new.point(at[0], at[1]).ok()?));
+            if after.has(at) { there() } else { Some(0.0) }
+        };
+        let dense = directions.map(|space| {
+            places(&space.breakpoints(), (2 * space.spans().count()).clamp(ON_SURFACES, ON_WAYS))
+        });
+        more = suspects(&dense, way, inside)?;
+    }
+    // Places of the border itself are neither inside nor outside.
+    let edge = largest(border.iter().map(|at| away(*at)))?;
+    Some(edge.max(furthest(&grid, &more, inside)?))
+}
+
+/// The vertex that has moved most, where they are as many.
+fn moved_most(before: &[Point], after: &[Point]) -> Option<usize> {
+    let ways = before.iter().zip(after).map(|(p, q)| distance(p, q));
+    let most = ways.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k);
+    most.filter(|_| before.len() == after.len())
+}
+
+/// Where a vertex counts most, about, if that is within the domain.
+fn middle(space: &Space, vertex: usize) -> Option<f64> {
+    let (a, b) = space.domain();
+    let at = (vertex < space.len()).then(|| space.greville(vertex));
+    at.filter(|at| (a..=b).contains(at))
+}
+
+/// At least so many parameters, evenly between breakpoints; of very many breakpoints some.
+fn places(breaks: &[f64], count: usize) -> Vec<f64> {
+    let spans = breaks.len().saturating_sub(1).max(1);
+    let (each, stride) = (count.div_ceil(spans), spans.div_ceil(count));
+    let pairs = breaks.windows(2).step_by(stride);
+    let inside = pairs.flat_map(|pair| {
+        (0..each).map(move |k| {
+            let t = k as f64 / each as f64;
+            pair[0] * (1.0 - t) + pair[1] * t
+        })
+    });
+    inside.chain(breaks.last().copied()).collect()
+}
+
+fn largest(mut distances: impl Iterator<Item = Option<f64>>) -> Option<f64> {
+    distances.try_fold(0.0, |most: f64, distance| Some(most.max(distance?))).filter(|d| d.is_finite())
+}
+
+/// A distance whose squares neither overflow nor vanish.
+pub(super) fn distance(p: &Point, q: &Point) -> f64 {
+    let d = q - p;
+    d.x.hypot(d.y).hypot(d.z)
+}
