@@ -1,9 +1,11 @@
 //! Pictures of Breps: their faces' colours, their edges, what is behind them, and what is said where there is nothing to draw.
 #![allow(clippy::unwrap_used, reason = "a helper of a test may fail as the test itself")]
 
-use loftsman_kernel::brep::{Brep, Face, Frame, Parts, Shell, Solid, SurfaceForm};
+use loftsman_kernel::brep::{
+    Brep, CurveForm, Edge, Face, Frame, Parts, Shell, Solid, SurfaceForm, Use, Vertex,
+};
 use loftsman_kernel::scene::{Definition, Geometry, Object, Scene};
-use loftsman_kernel::spline::{Space, Surface};
+use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use loftsman_picture::{Faces, Picture, View};
 use loftsman_tessellation::Adaptive;
@@ -118,6 +120,69 @@ fn a_smooth_face_has_an_outline() {
         let (low, high) = radii.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), r| (l.min(*r), h.max(*r)));
         assert!(high > 10.0 && high - low < 0.004 * high, "{low} {high}");
         assert!((length(&lines) / (std::f64::consts::TAU * high) - 1.0).abs() < 0.02);
+    }
+}
+
+/// A rod of radius 1 along x from `start` to 10, with both its ends.
+fn rod(start: f64) -> Brep {
+    let frame = Frame::new(Point::new(start, 0.0, 0.0), Vector::x(), Vector::y()).unwrap();
+    let at = |x: f64| Point::new(x, 1.0, 0.0);
+    let used = |edge: usize, reversed: bool| Use { edge, reversed, parameters: None };
+    let rim = |x: f64, end: usize| {
+        let frame = Frame { origin: Point::new(x, 0.0, 0.0), ..frame };
+        let curve =
+            Curve::elliptic_arc(frame.origin, frame.x, frame.y(), 0.0, std::f64::consts::TAU).unwrap();
+        let range = curve.domain();
+        Edge { curve, range, ends: [end; 2], tolerance: 0.0, form: CurveForm::Circle { frame, radius: 1.0 } }
+    };
+    let seam = Curve::line(at(start), at(10.0)).unwrap();
+    let face = |form: SurfaceForm, reach: &[Point], bound: Vec<Use>| Face {
+        name: None,
+        color: None,
+        surface: form.covering(reach).unwrap(),
+        form,
+        reversed: false,
+        loops: vec![bound],
+        points: vec![],
+    };
+    let cap = |x: f64, normal: Vector, bound: Use| {
+        let frame = Frame::new(Point::new(x, 0.0, 0.0), normal, Vector::y()).unwrap();
+        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+        face(SurfaceForm::Plane { frame }, &corners.map(|[y, z]| Point::new(x, y, z)), vec![bound])
+    };
+    let side = vec![used(0, false), used(2, false), used(1, true), used(2, true)];
+    Brep::new(Parts {
+        vertices: [start, 10.0].map(|x| Vertex { point: at(x), tolerance: 0.0 }).to_vec(),
+        edges: vec![
+            rim(start, 0),
+            rim(10.0, 1),
+            Edge { curve: seam, range: (0.0, 1.0), ends: [0, 1], tolerance: 0.0, form: CurveForm::Line },
+        ],
+        faces: vec![
+            face(SurfaceForm::Cylinder { frame, radius: 1.0 }, &[at(start), at(10.0)], side),
+            cap(start, -Vector::x(), used(0, true)),
+            cap(10.0, Vector::x(), used(1, false)),
+        ],
+        shells: vec![Shell { faces: vec![0, 1, 2] }],
+        solids: vec![Solid::default()],
+    })
+    .unwrap()
+}
+
+/// Where a rod goes into a wall its outline ends, though its facets are as long as itself: of a long rod no more is seen than of one that ends
+/// just behind the wall's face.
+#[test]
+fn outlines_of_long_facets_end_where_they_go_in() {
+    for towards in [[1.0, -1.0, 1.0], [2.0, 1.0, 0.5], [0.3, 0.1, 1.0]] {
+        let seen = |start: f64| {
+            let mut scene = one(rod(start));
+            let wall = Brep::block(Point::new(-12.0, -6.0, -6.0), Point::new(0.0, 6.0, 6.0)).unwrap();
+            scene.add(Object::new("wall", wall.into())).unwrap();
+            length(&segments(&svg(&scene, View::From(Vector::from(towards))), "outline"))
+        };
+        let (long, short) = (seen(-10.0), seen(-0.05));
+        // Four ends, each to within what a facet rises across, a millimetre.
+        assert!(short > 300.0 && (long - short).abs() < 2.0, "{towards:?}: {long} {short}");
     }
 }
 

@@ -11,6 +11,8 @@ pub(super) struct Turns {
     /// The places on sides, by the numbers of their ends.
     sides: HashMap<(usize, usize), usize>,
     places: Vec<Vector>,
+    /// How much nearer each of them is told to be than it is.
+    raised: Vec<f64>,
     segments: Vec<(usize, usize)>,
 }
 
@@ -22,28 +24,39 @@ impl Turns {
             (facing[*a] > 0.0) != (facing[*b] > 0.0)
         });
         if let (Some(from), Some(to)) = (ends.next(), ends.next()) {
-            let [from, to] = [from, to].map(|(a, b)| {
+            let segment = [from, to].map(|(a, b)| {
                 let side = (a.min(b), a.max(b));
                 *self.sides.entry(side).or_insert_with(|| {
                     let (a, b) = side;
                     let t = facing[a] / (facing[a] - facing[b]);
-                    let mut place = places[a] + (places[b] - places[a]) * t;
-                    // The facet stands for a piece that bends away here: nothing of itself hides its outline.
-                    place.z = places[a].z.max(places[b].z);
-                    self.places.push(place);
+                    self.places.push(places[a] + (places[b] - places[a]) * t);
+                    self.raised.push(0.0);
                     self.places.len() - 1
                 })
             });
-            self.segments.push((from, to));
+            // The facet stands for a piece that bends away here: nothing of itself hides its outline. Along the outline it does not
+            // bend, however long it is and however much nearer its other end: only what it rises across counts.
+            let line = segment.map(|place| self.places[place]);
+            let rise = corners.map(|corner| above(line, &places[corner])).into_iter().fold(0.0, f64::max);
+            for place in segment {
+                self.raised[place] = self.raised[place].max(rise);
+            }
+            self.segments.push((segment[0], segment[1]));
         }
     }
 
     pub(super) fn chains(&self) -> Vec<Vec<Vector>> {
-        linked(&self.segments)
-            .into_iter()
-            .map(|chain| chain.into_iter().map(|i| self.places[i]).collect())
-            .collect()
+        let place = |i: usize| self.places[i] + Vector::z() * self.raised[i];
+        linked(&self.segments).into_iter().map(|chain| chain.into_iter().map(place).collect()).collect()
     }
+}
+
+/// How much nearer to the viewer a place is than its foot on the line through two others; than the first of them where they are one.
+fn above([from, to]: [Vector; 2], place: &Vector) -> f64 {
+    let along = to - from;
+    let square = along.norm_squared();
+    let share = if square > 0.0 { (place - from).dot(&along) / square } else { 0.0 };
+    place.z - (from.z + share * along.z)
 }
 
 /// Segments between numbered places as chains, as long as they go; each segment once. Linear but for a sort.
