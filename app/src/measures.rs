@@ -25,9 +25,13 @@ pub struct Measures {
     /// The volume inside a closed surface, a watertight mesh or the solids of a Brep; negative where it is inside out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub volume: Option<f64>,
-    /// Whether a mesh is watertight: along each edge of it as many faces run one way as run the other way.
+    /// Whether a mesh is watertight: along each edge of it as many faces run one way as run the other way; of a surface, whether each of its edges meets
+    /// another or is a point.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub watertight: Option<bool>,
+    /// The edges of a surface where it is open: `u0`, `u1`, `v0`, `v1`, or `border` where loops cut it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub open: Vec<&'static str>,
     /// Where a mesh is not watertight.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub leaks: Option<Leaks>,
@@ -118,12 +122,32 @@ pub(crate) fn closed(curve: &Curve) -> bool {
 
 fn of_surface(surface: &Surface) -> Measures {
     let cells = surface.u().spans().count().saturating_mul(surface.v().spans().count());
-    measured(surface, cells)
+    let found = measured(surface, cells);
+    let open = if found.volume.is_some() { Vec::new() } else { open_edges(surface) };
+    Measures { watertight: Some(open.is_empty()), open, ..found }
+}
+
+/// Ends of a surface that are no further apart than this part of its size are one.
+const MEETS: f64 = 1e-12;
+
+/// The edges of a surface that meet no other one and are no points.
+fn open_edges(surface: &Surface) -> Vec<&'static str> {
+    let points = surface.points();
+    let size = points.iter().map(|p| (p - points[0]).amax()).fold(0.0, f64::max);
+    let Ok(sides) = surface.parameter_sides(MEETS * size) else { return Vec::new() };
+    let edges = sides.iter().zip([["u0", "u1"], ["v0", "v1"]]).filter(|(side, _)| !side.closed);
+    edges
+        .flat_map(|(side, names)| (0..2).filter(|&end| !side.poles[end]).map(move |end| names[end]))
+        .collect()
 }
 
 /// What its loops leave of a surface.
 fn of_trimmed(trimmed: &Trimmed) -> Measures {
-    let found = measured(trimmed, Cells::count(trimmed));
+    let mut found = measured(trimmed, Cells::count(trimmed));
+    found.watertight = Some(found.volume.is_some());
+    if found.volume.is_none() {
+        found.open = vec!["border"];
+    }
     if found.area.is_some() || !found.unmeasured.is_empty() {
         return found;
     }
@@ -254,6 +278,7 @@ fn of_mesh(mesh: &Mesh) -> Measures {
         area: finite(Some(area)),
         volume: finite(watertight.then_some(volume / 6.0)),
         watertight: Some(watertight),
+        open: Vec::new(),
         leaks,
         within: None,
         unmeasured: Vec::new(),

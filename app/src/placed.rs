@@ -93,6 +93,7 @@ impl Placed {
         }
         facts.measures.leaks = own.measures.leaks.clone();
         facts.measures.watertight = own.measures.watertight;
+        facts.measures.open.clone_from(&own.measures.open);
         facts.measures.leaks.iter_mut().for_each(|leaks| leaks.at = at(leaks.at));
         facts
     }

@@ -346,6 +346,8 @@ pub fn format_for<'r>(path: &Path, registry: &'r Registry) -> Result<&'r Arc<dyn
         None => {
             let problem = if crate::picture_name::is_picture(path) {
                 "a picture is not a format to convert to: draw it with `loftsman plot`".to_owned()
+            } else if path.is_dir() {
+                "this is a folder; name a file in it, or convert files into it with `--into`".to_owned()
             } else {
                 format!("the format of this name is unknown; writable are {}", known())
             };

@@ -33,7 +33,12 @@ pub(crate) struct Arguments {
 pub(crate) fn command() -> clap::Command {
     let negative = |arg: clap::Arg| {
         let is_option = arg.get_action().takes_values() && !arg.is_positional();
-        if is_option { arg.allow_negative_numbers(true) } else { arg }
+        match arg.get_id().as_str() {
+            // It may be a percentage, which is no number.
+            "tolerance" => arg.allow_hyphen_values(true),
+            _ if is_option => arg.allow_negative_numbers(true),
+            _ => arg,
+        }
     };
     Arguments::command().mut_subcommands(|command| command.mut_args(negative))
 }

@@ -8,7 +8,7 @@ use loftsman_kernel::mesh::Cloud;
 use loftsman_kernel::plugin::{ChangeKind, Measured, ObjectChange, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene, Standing};
 
-use super::deviation::deviation;
+use super::deviation::{deviation, is_of_points};
 use crate::measures::Measures;
 use crate::placed::measures;
 
@@ -210,6 +210,7 @@ fn change(
         area: pair(|m| m.area),
         volume: pair(|m| m.volume),
         deviation: before.zip(after).and_then(|(before, after)| moved(before, after)),
+        of_points: before.zip(after).is_some_and(|((before, _), (after, _))| is_of_points(before, after)),
         unmeasured: new.unmeasured,
     }
 }

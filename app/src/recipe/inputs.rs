@@ -3,7 +3,7 @@
 use loftsman_kernel::material::{Image, ImageData};
 use loftsman_kernel::named::{Named, NamedList};
 use loftsman_kernel::plugin::{FormatDeclaration, Observer, Registry, Source};
-use loftsman_kernel::scene::Scene;
+use loftsman_kernel::scene::{Scene, Side};
 
 use super::Recipe;
 use super::report::InputReport;
@@ -60,7 +60,13 @@ impl Inputs {
             let mut content = conversion.read_beside(format.name, &next, observer, registry)?;
             let mut notes = embed_pictures(&mut content.scene, &next, Some(&source))?;
             let merged = scene.merge(&content.scene).map_err(|e| recipe.error(place, e.to_string()))?;
-            notes.extend(merged.notes(|_| "give the recipe a `unit`"));
+            notes.extend(merged.notes(|side| match side {
+                Side::First => "give the recipe a `unit`",
+                // The recipe's own would be that of the first input, whose numbers it would take for others than they are.
+                Side::Other => {
+                    "leave it out of `input` and add it by a step `merge`, which has a `unit` of its own"
+                }
+            }));
             let (path, report) = (Source::name(&next).to_owned(), content.report);
             more.push(InputReport { path, format: content.format.name, report, notes });
         }

@@ -14,6 +14,7 @@ mod aftermath;
 mod changes;
 mod closest;
 mod deviation;
+mod elsewhere;
 mod inputs;
 mod merge;
 mod parse;
@@ -149,7 +150,26 @@ impl Recipe {
         let path = path.as_ref();
         let input = Input::open(path)?;
         let folder = path.parent().unwrap_or_else(|| Path::new(""));
-        Self::parse(Source::name(&input), input.bytes(), folder)
+        let name = Source::name(&input);
+        Self::parse(name, input.bytes(), folder).map_err(|error| {
+            Self::elsewhere(name, input.bytes())
+                .map_or(error, |problem| RecipeError::at(name, "", problem).into())
+        })
+    }
+
+    /// What to say of a file that is no recipe but one of the formats that are read.
+    fn elsewhere(name: &str, bytes: &[u8]) -> Option<String> {
+        let table = parse::Text::new(name, bytes).and_then(|text| text.table()).ok();
+        let fields = table.as_ref().and_then(Value::as_object);
+        if fields.is_some_and(|fields| FIELDS.iter().any(|field| fields.contains_key(field.name))) {
+            return None;
+        }
+        let registry = crate::registry();
+        let format = registry.format_of(name).filter(|format| format.declaration().reads)?;
+        Some(format!(
+            "this is no recipe but a file of the format {}: a recipe, in TOML or JSON, names it as its `input`; `loftsman info {name}` says what is in it",
+            format.declaration().name
+        ))
     }
 
     /// The recipe of some text: JSON where the name ends so or the text starts with a brace, else TOML. Its paths
@@ -215,7 +235,8 @@ impl Recipe {
                 short.push(part);
             }
         }
-        short
+        // A folder by itself has a name, too.
+        if short.as_os_str().is_empty() { Component::CurDir.as_os_str().into() } else { short }
     }
 
     fn error(&self, path: impl Into<String>, problem: impl Into<String>) -> Error {

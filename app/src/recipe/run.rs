@@ -14,6 +14,7 @@ use super::Recipe;
 use super::aftermath::Beforehand;
 use super::changes::{self, Known};
 use super::closest;
+use super::elsewhere;
 use super::inputs::Inputs;
 use super::merge;
 use super::report::{InputReport, OutputReport, RunReport};
@@ -281,7 +282,7 @@ impl<'a> Runner<'a> {
                 step_error(recipe, number, op, parameters, e.into())
             };
             let mut notes = Vec::new();
-            let lifted = Lifted::lift(&mut applied.scene, parameters, *unique, &mut notes).map_err(locate)?;
+            let lifted = Lifted::lift(&mut applied.scene, parameters, *unique).map_err(locate)?;
             let before = Beforehand::of(&applied.scene);
             let geometry = changes::Before::of(&applied.scene);
             let declared = operation.declaration().fields;
@@ -310,7 +311,8 @@ impl<'a> Runner<'a> {
             }
             applied.lost_marks += before.follow(&applied.scene, &mut applied.marks, &report.marks);
             applied.marks.extend(report.marks.iter().cloned());
-            lifted.put_back(&mut applied.scene, parameters, &mut report, notes).map_err(locate)?;
+            lifted.put_back(&mut applied.scene, parameters, &mut report).map_err(locate)?;
+            report.notes.append(&mut notes);
             applied.steps.push(report);
             remember(&mut applied.before, &applied.scene)?;
         }
@@ -356,9 +358,11 @@ impl<'a> Runner<'a> {
         op: &str,
         number: usize,
     ) -> Result<&'a std::sync::Arc<dyn loftsman_kernel::plugin::Operation>> {
-        self.registry
-            .find_operation(op, &format!("step[{number}].op"))
-            .map_err(|e| recipe.error(e.path, e.problem))
+        self.registry.find_operation(op, &format!("step[{number}].op")).map_err(|e| {
+            let ours = elsewhere::called(op, self.registry);
+            let problem = ours.map(|ours| format!("unknown operation \"{op}\"; did you mean \"{ours}\"?"));
+            recipe.error(e.path, problem.unwrap_or(e.problem))
+        })
     }
 }
 

@@ -124,19 +124,23 @@ impl Label {
 pub(crate) struct Placed {
     /// The elements of those that have a place.
     pub(crate) drawn: String,
-    /// The words of those that have none: these have a number in the drawing, and their words go into the legend.
-    pub(crate) apart: Vec<String>,
     /// Whose rows have numbers that are left out, and how many.
     pub(crate) left: Vec<(String, usize)>,
 }
 
-/// Places labels one after another and draws them. Those whose words have no room are numbered from `first` on; where there are `faces`,
-/// leaders have a halo, so that they are read on any colour.
+/// Places labels one after another and draws them. Those whose words have no room have a number in the drawing, from 1 on, and their words go into the
+/// legend: into `apart`, where they are once, however many places of a page they are at. Where there are `faces`, leaders have a halo, so that they are
+/// read on any colour.
 ///
 /// A label stands where nothing is drawn, no other label is and no leader runs: near its anchor, else further off with a leader, beside
 /// the drawing if need be; only its leader may cross lines. Rows of numbers come last, by rank, and stay near their spots; what has no room
 /// there is left out, and counted. `O(cells of the page)` for each label that is moved away.
-pub(crate) fn place(labels: &[Label], ink: &Ink, theme: Theme, first: usize, faces: bool) -> Placed {
+pub(crate) fn place(
+    labels: &[Label],
+    ink: &Ink,
+    (theme, faces): (Theme, bool),
+    apart: &mut Vec<String>,
+) -> Placed {
     let rows = labels.iter().filter(|label| label.row.is_some()).map(|label| label.anchor);
     let spots = rows.take(Numbers::MOST).collect();
     let mut page = Page { ink, free: Free::of(ink), spots, placed: Vec::new(), leaders: Vec::new() };
@@ -162,8 +166,12 @@ pub(crate) fn place(labels: &[Label], ink: &Ink, theme: Theme, first: usize, fac
             }
             continue;
         }
-        let number = Label { lines: vec![(first + found.apart.len()).to_string()], ..label.clone() };
-        found.apart.push(label.lines.join("; "));
+        let words = label.lines.join("; ");
+        let at = apart.iter().position(|known| *known == words).unwrap_or_else(|| {
+            apart.push(words);
+            apart.len() - 1
+        });
+        let number = Label { lines: vec![(at + 1).to_string()], ..label.clone() };
         if let Some(spot) = page.beside(&number).or_else(|| page.away(&number)) {
             found.drawn.push_str(&page.take(&number, spot, theme, faces));
         }
@@ -409,6 +417,12 @@ fn candidates(label: &Label) -> Vec<(Rect, f64)> {
     list
 }
 
+/// A leader of a number ends so far from it, in millimetres; one that is nearly level further off, since it would be read as a minus.
+const GAP: f64 = 0.4;
+const LEVEL_GAP: f64 = 1.1;
+/// Level is what rises by less than this part of its way.
+const LEVEL: f64 = 0.3;
+
 /// The ends of the line from a label's anchor to its text; none where they are close together.
 fn leader(label: &Label, rect: &Rect, radius: f64) -> Option<[Spot; 2]> {
     let near = [0, 1].map(|i| label.anchor[i].clamp(rect.low[i], rect.high[i]));
@@ -416,7 +430,9 @@ fn leader(label: &Label, rect: &Rect, radius: f64) -> Option<[Spot; 2]> {
     let distance = d[0].hypot(d[1]);
     (radius > BESIDE && distance > 2.5).then(|| {
         let start = [0, 1].map(|i| label.anchor[i] + d[i] * 1.4 / distance);
-        [start, [0, 1].map(|i| near[i] - d[i] * 0.4 / distance)]
+        let level = label.row.is_some() && d[1].abs() < LEVEL * d[0].abs();
+        let gap = if level { LEVEL_GAP.min(distance - 1.6) } else { GAP };
+        [start, [0, 1].map(|i| near[i] - d[i] * gap / distance)]
     })
 }
 

@@ -147,8 +147,8 @@ pub(crate) struct Caption {
     names: Vec<Names>,
     /// What has a name in the legend.
     entered: HashSet<String>,
-    /// Labels so far whose words are in the legend.
-    pub(crate) numbers: usize,
+    /// The words of labels that have a number in the drawings, and are in the legend: in the order of their numbers, from 1 on.
+    pub(crate) apart: Vec<String>,
     /// The objects that have none, since there are too many, with what they are.
     unnamed: HashMap<String, &'static str>,
     /// What is thinned out, of which object and in which drawing.
@@ -544,11 +544,11 @@ impl Sheet {
                 out.push_str(&Element::new("g").attribute("id", &format!("{id}{suffix}")).around(content));
             }
         }
-        let (first, faces) = (self.caption.numbers + 1, self.depth.is_some());
-        let found = crate::labels::place(&self.labels, &self.ink, self.theme, first, faces);
-        for words in found.apart {
-            self.caption.numbers += 1;
-            self.caption.legend.push((Sample::Number(self.caption.numbers), words));
+        let look = (self.theme, self.depth.is_some());
+        let known = self.caption.apart.len();
+        let found = crate::labels::place(&self.labels, &self.ink, look, &mut self.caption.apart);
+        for (at, words) in self.caption.apart.iter().enumerate().skip(known) {
+            self.caption.legend.push((Sample::Number(at + 1), words.clone()));
         }
         for (object, count) in found.left {
             self.caption.thin(Why::Unlabelled, &object, count.to_string(), self.name.as_ref());

@@ -20,6 +20,10 @@ pub struct ObjectChange {
     /// The largest distance between the new shape and the old one, at places of the new.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub deviation: Option<f64>,
+    /// Whether the old shape are points that the new one was fitted to: its deviation is the distance of the furthest of them, and what lies between
+    /// them has none.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub of_points: bool,
     /// What was not measured, and why.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub unmeasured: Vec<String>,

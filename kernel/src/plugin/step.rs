@@ -136,12 +136,12 @@ fn none(scene: &Scene, beside: Option<&str>, what: &str) -> String {
     let objects: Vec<&Object> = scene.objects().iter().filter(|o| Some(o.name()) != beside).collect();
     for (k, object) in objects.iter().take(NAMED).enumerate() {
         let comma = if k > 0 { ", " } else { "" };
-        there += &format!("{comma}\"{}\" is {}", clip(object.name()), a(object.geometry().kind()));
+        there += &format!("{comma}\"{}\" is {}", clip(object.name()), a(&object.geometry().noun()));
     }
     let mut told = match (objects.len(), beside.and_then(|name| scene.get(name))) {
         (0, None) => format!("the scene has no {what}: it is empty"),
         (0, Some(only)) => {
-            let (name, kind) = (clip(only.name()), a(only.geometry().kind()));
+            let (name, kind) = (clip(only.name()), a(&only.geometry().noun()));
             format!("the scene has no {what}: it has only \"{name}\", {kind}")
         }
         (count, _) if count > NAMED => format!("the scene has no {what}: {there}, …"),

@@ -81,9 +81,10 @@ impl Geometry {
         }
     }
 
-    /// What it is, in words: its kind, and of a mesh of nothing but lines what makes polylines of these.
+    /// What it is, in words: its kind, whole, and of a mesh of nothing but lines what makes polylines of these.
     pub fn noun(&self) -> Cow<'_, str> {
         match self {
+            Self::Trimmed(_) => "trimmed surface".into(),
             _ if self.is_lines() => format!("mesh of lines ({LINES_OF_MESH})").into(),
             _ => self.kind().into(),
         }
@@ -100,6 +101,7 @@ impl Geometry {
         let kind = crate::text::a(&self.noun());
         match self {
             Self::Polyline(_) => format!("{kind}, not {wanted}: {CURVE_OF_POLYLINE}"),
+            Self::Trimmed(_) => format!("{kind}, not {wanted}: \"untrim\" makes it a whole surface"),
             _ => format!("{kind}, not {wanted}"),
         }
     }

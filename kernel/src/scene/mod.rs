@@ -120,7 +120,7 @@ impl Scene {
     pub fn surface(&self, name: &str) -> Result<&Surface> {
         match self.object(name)?.geometry() {
             Geometry::Surface(surface) => Ok(surface),
-            other => Err(Error::Invalid(format!("\"{name}\" is {}, not a surface", a(other.kind())))),
+            other => Err(Error::Invalid(format!("\"{name}\" is {}, not a surface", a(&other.noun())))),
         }
     }
 

@@ -60,7 +60,7 @@ impl Geometry {
     pub fn with_points(&self, points: Vec<Point>) -> Result<Self> {
         let (found, expected) = (points.len(), self.points().len());
         if found != expected {
-            let kind = crate::text::a(self.kind());
+            let kind = crate::text::a(&self.noun());
             return Err(Error::Invalid(format!("{found} points for {kind} of {expected}")));
         }
         Ok(match self {

@@ -140,7 +140,7 @@ impl Scene {
         let list = self.list_of(Some(&within.definition))?;
         let object = list.object(&within.object)?;
         if matches!(object.geometry(), Geometry::Group | Geometry::Instance(_)) {
-            let kind = crate::text::a(object.geometry().kind());
+            let kind = crate::text::a(&object.geometry().noun());
             return Err(Error::Invalid(format!(
                 "\"{}\" is {kind} of the definition \"{}\", not a shape",
                 within.path, within.definition

@@ -5,6 +5,7 @@ use super::space::Space;
 use super::{Curve, Surface};
 use crate::Point;
 use crate::error::{Error, Result};
+use crate::text::figure;
 
 /// What closing gave.
 #[derive(Debug, Clone, PartialEq)]
@@ -146,8 +147,9 @@ fn close(
     }
     if net.moved > tolerance {
         return Err(Error::Invalid(format!(
-            "the ends are {} apart and cannot meet within the tolerance {tolerance}: move them together, or raise it",
-            2.0 * net.moved
+            "the ends are {} apart and cannot meet within the tolerance {}: move them together, or raise it",
+            figure(2.0 * net.moved),
+            figure(tolerance)
         )));
     }
     Ok(net)

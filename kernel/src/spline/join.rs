@@ -5,6 +5,7 @@ use super::space::Space;
 use super::{Curve, Surface};
 use crate::Point;
 use crate::error::{Error, Result};
+use crate::text::figure;
 
 /// What joining gave.
 #[derive(Debug, Clone, PartialEq)]
@@ -179,8 +180,9 @@ impl JoinedNet {
         }
         if net.gap > tolerance {
             return Err(Error::Invalid(format!(
-                "the ends are {} apart, more than the tolerance {tolerance}: move them together, or raise it",
-                net.gap
+                "the ends are {} apart, more than the tolerance {}: move them together, or raise it",
+                figure(net.gap),
+                figure(tolerance)
             )));
         }
         Ok(net)

@@ -10,7 +10,7 @@ use loftsman_kernel::plugin::{
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::edges_of;
-use loftsman_kernel::spline::Curve;
+use loftsman_kernel::spline::{Curve, Trimmed};
 use loftsman_kernel::text::a;
 use loftsman_kernel::topology::EdgeCurve;
 
@@ -58,7 +58,7 @@ impl Operation for EdgeOf {
         let edges = Edges::of(geometry).ok_or_else(|| {
             let problem = format!(
                 "\"{source}\" is {}, which has no edges: name a surface or a brep",
-                a(geometry.kind())
+                a(&geometry.noun())
             );
             p.error("object", problem)
         })?;
@@ -74,6 +74,9 @@ impl Operation for EdgeOf {
         };
         let curve = edges.curve(index).map_err(named(&source))?;
         let called = edges.name(index);
+        if let Geometry::Trimmed(trimmed) = geometry {
+            notes.extend(left_of(trimmed, &curve, &called).map_err(named(&source))?);
+        }
         // Its name is u1, or edge 3.
         let short =
             called.strip_prefix("edge ").filter(|rest| rest.starts_with(['u', 'v'])).unwrap_or(&called);
@@ -82,6 +85,31 @@ impl Operation for EdgeOf {
         scene.add(object)?;
         Ok(made("edge", name, notes))
     }
+}
+
+/// At so many places of an edge it is asked whether loops leave it; those that are further from what they leave than this part of its size are cut away.
+const PLACES: u32 = 64;
+const LEFT: f64 = 1e-6;
+
+/// What is said of an edge of a trimmed surface that its loops do not leave whole. 65 searches for the nearest place at most.
+fn left_of(trimmed: &Trimmed, edge: &Curve, called: &str) -> loftsman_kernel::Result<Option<String>> {
+    let part = trimmed.part()?;
+    let ((from, to), (low, high)) = (edge.domain(), edge.hull_bounds());
+    let size = (high - low).norm();
+    let mut away = 0;
+    for k in 0..=PLACES {
+        let at = if k == PLACES { to } else { from + (to - from) * f64::from(k) / f64::from(PLACES) };
+        away += u32::from(part.closest(edge.point(at)?)?.distance > LEFT * size);
+    }
+    Ok(match away {
+        0 => None,
+        all if all > PLACES => {
+            Some(format!("{called} of the surface that carries it, of which its loops leave nothing"))
+        }
+        _ => Some(format!(
+            "{called} of the surface that carries it, whole: its loops leave only a part of that"
+        )),
+    })
 }
 
 /// What has edges.

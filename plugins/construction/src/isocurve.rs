@@ -87,6 +87,8 @@ impl Operation for Isocurve {
                 let wanted = format!("{source} {name} = {}", figure(at));
                 let name = match p.has("name") {
                     true if count > 1 => changed.unique_name(p.text("name")?),
+                    // A number behind the name would be read as the parameter.
+                    _ if !p.has("name") && changed.get(&wanted).is_some() => numbered(&changed, &wanted),
                     _ => free_name(&changed, p, &wanted)?,
                 };
                 let object = like(scene, &source, &name, curve.into());
@@ -126,4 +128,10 @@ fn places(p: &Parameters, field: &str) -> Result<Vec<f64>, ParameterError> {
         Some(value) if value.is_array() => p.numbers(field),
         Some(_) => Ok(vec![p.number(field)?]),
     }
+}
+
+/// The first of `wanted (2)`, `wanted (3)` and so on that no object has.
+fn numbered(scene: &Scene, wanted: &str) -> String {
+    let mut names = (2_u64..).map(|number| format!("{wanted} ({number})"));
+    names.find(|name| scene.get(name).is_none()).unwrap_or_else(|| scene.unique_name(wanted))
 }

@@ -4,6 +4,7 @@
 //!
 //! [`Editing`] registers them, with the kernel's functionals and solvers.
 
+mod away;
 mod cut;
 mod drag;
 mod edit;

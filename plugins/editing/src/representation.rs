@@ -149,7 +149,7 @@ impl Operation for Untrim {
         let loops = trimmed.loops().count();
         scene.reshape(&name, |geometry| match geometry {
             Geometry::Trimmed(trimmed) => Ok(Geometry::from(trimmed.surface())),
-            other => Err(Error::Invalid(format!("\"{name}\" is {}, no trimmed surface", a(other.kind())))),
+            other => Err(Error::Invalid(format!("\"{name}\" is {}, no trimmed surface", a(&other.noun())))),
         })?;
         let plural = if loops == 1 { "" } else { "s" };
         Ok(done("untrim", name, format!("{loops} loop{plural} taken away")))

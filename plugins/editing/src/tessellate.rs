@@ -148,7 +148,7 @@ impl Operation for Tessellate {
                 (cut.mesh.into(), note, near)
             }
             other => {
-                return Err(Error::Invalid(format!("\"{name}\" is {} already", a(other.kind()))).into());
+                return Err(Error::Invalid(format!("\"{name}\" is {} already", a(&other.noun()))).into());
             }
         };
         let size = pieces.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);

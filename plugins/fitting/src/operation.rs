@@ -163,7 +163,7 @@ impl Operation for FitPoints {
                 (mesh.points(), false)
             }
             other => {
-                let kind = loftsman_kernel::text::a(other.kind());
+                let kind = loftsman_kernel::text::a(&other.noun());
                 return Err(Error::Invalid(format!(
                     "\"{name}\" is {kind}: points are fitted, so give a polyline, a cloud or a mesh"
                 ))

@@ -106,7 +106,7 @@ impl Operation for MatchOperation {
                 .into());
         }
         if !matches!(scene.object(&object)?.geometry(), Geometry::Surface(_)) {
-            let kind = a(scene.object(&object)?.geometry().kind());
+            let kind = a(&scene.object(&object)?.geometry().noun());
             let problem = match scene.object(&object)?.geometry() {
                 Geometry::Curve(_) => format!(
                     "\"{object}\" is {kind}: `match` moves surfaces. Curves are brought together by the constraint `join`, with continuity = 0, 1 or 2, \

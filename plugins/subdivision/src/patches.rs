@@ -1,6 +1,5 @@
 //! `patches`: a subdivision surface becomes bicubic splines, in recipes.
 
-use loftsman_kernel::text::short;
 use std::any::Any;
 
 use loftsman_kernel::error::Error;
@@ -47,7 +46,8 @@ impl Operation for ToPatches {
         let name = object_name(scene, parameters, |g| surface(g).is_some(), "subdivision surface")?;
         let object = scene.object(&name)?.clone();
         let Some(own) = surface(object.geometry()) else {
-            let problem = format!("\"{name}\" is {}, not a subdivision surface", a(object.geometry().kind()));
+            let problem =
+                format!("\"{name}\" is {}, not a subdivision surface", a(&object.geometry().noun()));
             return Err(parameters.error("object", problem).into());
         };
         let tolerance =
@@ -74,9 +74,9 @@ impl Operation for ToPatches {
             0 => "all of them exactly".to_owned(),
             last => {
                 format!(
-                    "{} exactly, {last} within {} (certified)",
+                    "{} exactly, {last} within {}",
                     patches.exact,
-                    short(longer * patches.deviation)
+                    scene.unit.quantity(longer * patches.deviation, 1)
                 )
             }
         };

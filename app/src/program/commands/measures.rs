@@ -15,9 +15,11 @@ pub(super) fn change(change: &ObjectChange, unit: Unit) -> String {
     let quantities = [("area", change.area, 2), ("volume", change.volume, 3), ("length", change.length, 1)];
     let mut facts: Vec<String> =
         quantities.iter().filter_map(|(name, measured, power)| pair(name, *measured, unit, *power)).collect();
-    facts.extend(change.deviation.map(|d| match d {
-        0.0 => "nowhere off the old shape".to_owned(),
-        d => format!("deviates by up to {}", quantity(d, unit, 1)),
+    facts.extend(change.deviation.map(|d| match (d, change.of_points) {
+        (0.0, false) => "nowhere off the old shape".to_owned(),
+        (d, false) => format!("deviates by up to {}", quantity(d, unit, 1)),
+        (0.0, true) => "goes through all its points".to_owned(),
+        (d, true) => format!("its points are up to {} off it", quantity(d, unit, 1)),
     }));
     facts.extend(change.unmeasured.iter().map(|why| format!("not measured: {why}")));
     facts.join(" · ")
@@ -74,10 +76,20 @@ pub(super) fn all(measures: &Measures, unit: Unit) -> Vec<String> {
     facts.extend(match (measures.watertight, &measures.leaks) {
         (Some(true), _) => Some("watertight".to_owned()),
         (_, Some(leaks)) => Some(self::leaks(leaks)),
+        (Some(false), None) => Some(format!("open along {}", listed(&measures.open))),
         _ => None,
     });
     facts.extend(measures.unmeasured.iter().map(|why| format!("not measured: {why}")));
     facts
+}
+
+/// `u0, u1 and v0`: the edges where a surface is open.
+fn listed(open: &[&str]) -> String {
+    match open {
+        [first @ .., last] if !first.is_empty() => format!("{} and {last}", first.join(", ")),
+        ["border"] => "its border".to_owned(),
+        _ => open.concat(),
+    }
 }
 
 /// Whether lengths, areas or volumes differ by more than rounding.

@@ -5,7 +5,9 @@ mod furthest;
 pub(super) mod tests;
 
 use loftsman_kernel::Point;
+use loftsman_kernel::functional::Shapes;
 use loftsman_kernel::scene::Geometry;
+use loftsman_kernel::shape::{Cell, Derivative, Shape};
 use loftsman_kernel::spline::part::Part;
 use loftsman_kernel::spline::{Curve, Space, Surface};
 
@@ -22,6 +24,9 @@ const ON_WAYS: usize = 500;
 const ON_WAYS_OF_CURVES: usize = 100_000;
 /// The most faces of a Brep that have moved: of all of them it would take long.
 const MOVED_FACES: usize = 8;
+/// Where a shape of a plug-in is compared in each of its cells, as shares of its sides; and the most places.
+const IN_CELLS: [f64; 3] = [0.0, 0.5, 1.0];
+const ON_SHAPES: usize = 200_000;
 /// Places of each span of a border.
 const ON_BORDERS: usize = 4;
 
@@ -55,6 +60,9 @@ pub(super) fn deviation(before: &Geometry, after: &Geometry) -> Option<f64> {
             let faces: Vec<usize> = (0..count).filter(moved).collect();
             (faces.len() <= MOVED_FACES).then(|| largest(faces.into_iter().map(of_face)))?
         }
+        (Geometry::Custom(before), Geometry::Custom(after)) => {
+            of_shapes(before.shape().ok()?, after.shape().ok()?)
+        }
         (Geometry::Custom(_), _) | (_, Geometry::Custom(_)) => None,
         // What was fitted to points is as far off as the furthest of them.
         (Geometry::Polyline(_) | Geometry::Cloud(_), Geometry::Curve(curve)) => {
@@ -76,6 +84,12 @@ pub(super) fn deviation(before: &Geometry, after: &Geometry) -> Option<f64> {
         }
         _ => None,
     }
+}
+
+/// Whether a shape was fitted to points, so that nothing but these is compared with it.
+pub(super) fn is_of_points(before: &Geometry, after: &Geometry) -> bool {
+    let points = matches!(before, Geometry::Polyline(_) | Geometry::Cloud(_));
+    points && matches!(after, Geometry::Curve(_) | Geometry::Surface(_))
 }
 
 /// One way, or both ways.
@@ -123,6 +137,32 @@ fn of_surfaces(before: &Surface, after: &Surface) -> Option<f64> {
     }
     let same = before.u() == after.u() && before.v() == after.v();
     same.then(|| furthest(&dense, most.as_slice(), way))?
+}
+
+/// Of shapes of plug-ins whose cells are the same, from place to place of the same parameters, which bounds how far one is from the other: where the nearest
+/// place is nobody knows of them.
+fn of_shapes(before: &dyn Shape, after: &dyn Shape) -> Option<f64> {
+    let (old, new) = (before.cells()?, after.cells()?);
+    if old.count() != new.count() || new.count().saturating_mul(IN_CELLS.len().pow(2)) > ON_SHAPES {
+        return None;
+    }
+    let mut most = 0.0_f64;
+    for index in 0..new.count() {
+        let (Some(was), Some(cell)) = (old.cell(index), new.cell(index)) else { continue };
+        if (was.face, was.sides.len()) != (cell.face, cell.sides.len()) {
+            return None;
+        }
+        for u in IN_CELLS {
+            for v in IN_CELLS {
+                let place = |shape: &dyn Shape, cell: &Cell| {
+                    Shapes::one(shape).value(0, cell.at([u, v]), Derivative::default()).ok()
+                };
+                let (a, b) = (place(before, &was)?, place(after, &cell)?);
+                most = most.max(distance(&a.into(), &b.into()));
+            }
+        }
+    }
+    Some(most)
 }
 
 /// Of what loops leave of two surfaces: what is cut away counts on neither. Beyond the border of the old one the nearest place is one of the border, which is no less.

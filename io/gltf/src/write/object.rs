@@ -349,7 +349,7 @@ impl<'a> Writer<'a, '_> {
                     Geometry::Polyline(_) => "a line needs two points".to_owned(),
                     Geometry::Cloud(_) => "it has no points".to_owned(),
                     other => {
-                        format!("{} cannot be tessellated yet: convert it to a mesh first", a(other.kind()))
+                        format!("{} cannot be tessellated yet: convert it to a mesh first", a(&other.noun()))
                     }
                 };
                 return nothing(report, reason);

@@ -91,7 +91,7 @@ impl<W: Write> Writer<'_, W> {
                 Err("OBJ has no brep, and only exact surfaces were asked for".to_owned())
             }
             _ if self.surfaces == Surfaces::Exact => Err("only exact surfaces were asked for".to_owned()),
-            None => Err(format!("{} needs a tessellator, and none is registered", a(geometry.kind()))),
+            None => Err(format!("{} needs a tessellator, and none is registered", a(&geometry.noun()))),
             Some(tessellator) => match cut(geometry, fineness, tessellator, 1.0 / self.scale) {
                 Ok(Some(cut)) => Ok(cut),
                 Ok(None) => Err(format!("OBJ has no {}", geometry.kind())),

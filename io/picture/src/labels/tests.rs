@@ -29,7 +29,7 @@ fn row(count: usize, gap: f64) -> Vec<Label> {
 fn of_a_crowded_row_the_ends_and_the_middle_stay() {
     let mut ink = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
     ink.segment([0.0, 30.0], [100.0, 30.0], 6);
-    let found = place(&row(201, 0.2), &ink, Theme::Light, 1, false);
+    let found = place(&row(201, 0.2), &ink, (Theme::Light, false), &mut Vec::new());
     let boxes: Vec<Rect> = found.drawn.split("<text").skip(1).map(around).collect();
     assert!((10..100).contains(&boxes.len()), "{}", found.drawn);
     assert_eq!(found.left, [("c".to_owned(), 201 - boxes.len())]);
@@ -41,7 +41,7 @@ fn of_a_crowded_row_the_ends_and_the_middle_stay() {
     for held in ["0.00", "0.100", "0.200"] {
         assert!(found.drawn.contains(&format!(">{held}<")), "{held}: {}", found.drawn);
     }
-    let apart = place(&row(10, 9.0), &ink, Theme::Light, 1, false);
+    let apart = place(&row(10, 9.0), &ink, (Theme::Light, false), &mut Vec::new());
     assert!(apart.drawn.matches("<text").count() == 10 && apart.left.is_empty(), "{apart:?}");
 }
 
@@ -98,7 +98,7 @@ fn leaders_do_not_cross_one_another() {
     for _ in 0..20 {
         let spots: Vec<Spot> = (0..7).map(|_| [50.0 + 9.0 * next(), 15.0 + 40.0 * next()]).collect();
         let labels: Vec<Label> = spots.iter().map(|spot| label(*spot, "position at 0.5")).collect();
-        let drawn = place(&labels, &ink, Theme::Light, 1, false).drawn;
+        let drawn = place(&labels, &ink, (Theme::Light, false), &mut Vec::new()).drawn;
         let lines: Vec<[Spot; 2]> = drawn
             .split("<line class=\"leader\"")
             .skip(1)
@@ -126,7 +126,7 @@ fn the_numbers_of_a_row_have_leaders_out_of_a_net() {
         let y = 26.0 + f64::from(k);
         ink.segment([5.0, y], [95.0, y], 1);
     }
-    let found = place(&row(9, 10.0), &ink, Theme::Light, 1, true);
+    let found = place(&row(9, 10.0), &ink, (Theme::Light, true), &mut Vec::new());
     assert_eq!((found.drawn.matches("<text").count(), found.left.len()), (9, 0), "{found:?}");
     assert_eq!(found.drawn.matches("\"leader\"").count(), 9);
     // Beneath each there is paper, so that it is seen on faces of any colour.
@@ -136,15 +136,42 @@ fn the_numbers_of_a_row_have_leaders_out_of_a_net() {
     }
 }
 
+/// Where there is no room for words they have a number, the same in every drawing of a page and wherever they are.
+#[test]
+fn words_have_one_number() {
+    let mut full = Ink::new(Rect { low: [0.0; 2], high: [40.0, 30.0] });
+    for row in 0..38 {
+        full.segment([0.0, 0.8 * f64::from(row)], [40.0, 0.8 * f64::from(row)], 6);
+    }
+    let mut apart = Vec::new();
+    for _ in 0..3 {
+        let labels = [label([20.0, 15.0], "position at 0.5"), label([9.0, 9.0], "position at 0.25")];
+        place(&labels, &full, (Theme::Light, false), &mut apart);
+    }
+    assert_eq!(apart, ["position at 0.5", "position at 0.25"]);
+}
+
+/// A level leader would be the sign of its number: it ends a digit's width away.
+#[test]
+fn leaders_are_no_minus_signs() {
+    let of = |row: Option<Row>| {
+        let label = Label { row, ..label([0.0, 0.0], "0.5") };
+        let rect = Rect { low: [9.0, -1.0], high: [15.0, 3.0] };
+        leader(&label, &rect, 9.0).unwrap()[1][0]
+    };
+    assert!((of(None) - (9.0 - GAP)).abs() < 1e-9);
+    assert!((of(Some(Row { rank: 3, object: "c".into() })) - (9.0 - LEVEL_GAP)).abs() < 1e-9);
+}
+
 /// What has to be said has the first choice of places, whatever is given first.
 #[test]
 fn rows_make_way_for_what_has_to_be_said() {
     let ink = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
     let said = label([50.0, 30.0], "position at 0.25");
-    let alone = place(std::slice::from_ref(&said), &ink, Theme::Light, 1, false).drawn;
+    let alone = place(std::slice::from_ref(&said), &ink, (Theme::Light, false), &mut Vec::new()).drawn;
     let mut all = row(41, 2.0);
     all.push(said);
-    assert!(place(&all, &ink, Theme::Light, 1, false).drawn.starts_with(&alone));
+    assert!(place(&all, &ink, (Theme::Light, false), &mut Vec::new()).drawn.starts_with(&alone));
 }
 
 #[test]
@@ -152,7 +179,7 @@ fn labels_of_one_spot_do_not_overlap_and_keep_off_the_line() {
     let mut ink = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
     ink.segment([0.0, 30.0], [100.0, 30.0], 4);
     let labels: Vec<Label> = (0..6).map(|_| label([50.0, 30.0], "position at 0.25")).collect();
-    let text = place(&labels, &ink, Theme::Light, 1, false).drawn;
+    let text = place(&labels, &ink, (Theme::Light, false), &mut Vec::new()).drawn;
     let boxes: Vec<Rect> = text.split("<text").skip(1).map(around).collect();
     assert_eq!(boxes.len(), 6, "{text}");
     for (k, rect) in boxes.iter().enumerate() {
@@ -165,8 +192,13 @@ fn labels_of_one_spot_do_not_overlap_and_keep_off_the_line() {
     }
     // Without the others, and without the line, all would stand in the same place.
     let clean = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
-    let alone =
-        around(place(&labels[..1], &clean, Theme::Light, 1, false).drawn.split("<text").nth(1).unwrap());
+    let alone = around(
+        place(&labels[..1], &clean, (Theme::Light, false), &mut Vec::new())
+            .drawn
+            .split("<text")
+            .nth(1)
+            .unwrap(),
+    );
     assert!((alone.low[1]..alone.high[1]).contains(&30.0), "{alone:?}");
 }
 
@@ -196,7 +228,7 @@ fn a_leader_keeps_off_lines_that_lead_elsewhere() {
         ink.segment([0.0, y], [100.0, y], 9);
     });
     ink.segment([0.0, 22.0], [100.0, 22.0], 9);
-    let text = place(&[label([50.0, 30.0], "position")], &ink, Theme::Light, 1, false).drawn;
+    let text = place(&[label([50.0, 30.0], "position")], &ink, (Theme::Light, false), &mut Vec::new()).drawn;
     let y2: f64 = text.split("y2=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
     assert!(y2 > 30.0, "{text}");
 }
@@ -207,8 +239,9 @@ fn a_leader_keeps_off_lines_that_lead_elsewhere() {
 fn labels_never_stand_on_lines() {
     let mut ink = Ink::new(Rect { low: [0.0, 0.0], high: [200.0, 60.0] });
     (0..=60).for_each(|k| ink.segment([0.0, f64::from(k)], [160.0, f64::from(k)], 1));
-    let Placed { drawn: text, apart, .. } =
-        place(&[label([140.0, 30.0], "position at 0.5")], &ink, Theme::Light, 1, false);
+    let mut apart = Vec::new();
+    let text =
+        place(&[label([140.0, 30.0], "position at 0.5")], &ink, (Theme::Light, false), &mut apart).drawn;
     let rect = around(text.split("<text").nth(1).unwrap());
     assert!(rect.low[0] > 160.0 && apart.is_empty() && text.contains("leader"), "{rect:?}");
     // A slit of no more than a figure.
@@ -217,16 +250,19 @@ fn labels_never_stand_on_lines() {
         ink.segment([0.0, f64::from(k)], [95.0, f64::from(k)], 1);
         ink.segment([100.0, f64::from(k)], [200.0, f64::from(k)], 1);
     });
-    let Placed { drawn: text, apart, .. } =
-        place(&[label([90.0, 30.0], "position at 0.5")], &ink, Theme::Light, 7, false);
+    // Six have theirs already.
+    let mut apart: Vec<String> = (0..6).map(|k| format!("position at 0.{k}1")).collect();
+    let text =
+        place(&[label([90.0, 30.0], "position at 0.5")], &ink, (Theme::Light, false), &mut apart).drawn;
     let rect = around(text.split("<text").nth(1).unwrap());
     assert!(rect.low[0] > 95.0 && rect.high[0] < 100.0 && text.contains(">7<"), "{rect:?} {text}");
-    assert_eq!(apart, ["position at 0.5"]);
+    assert_eq!((apart.len(), apart[6].as_str()), (7, "position at 0.5"));
 }
 
 #[test]
 fn a_label_in_the_corner_stays_inside() {
     let ink = Ink::new(Rect { low: [0.0, 0.0], high: [100.0, 60.0] });
-    let text = place(&[label([99.0, 1.0], "a long label here")], &ink, Theme::Light, 1, false).drawn;
+    let text =
+        place(&[label([99.0, 1.0], "a long label here")], &ink, (Theme::Light, false), &mut Vec::new()).drawn;
     assert!(text.contains("text-anchor=\"end\""), "{text}");
 }

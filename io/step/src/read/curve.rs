@@ -186,10 +186,14 @@ impl Space<'_, '_> {
     }
 }
 
-/// An angle as one more than 0, at most a full turn.
+/// A full turn is written with so much rounding: `6.28318530718` is 4e-13 more.
+const ROUND: f64 = 1e-9;
+
+/// An angle as one more than 0, at most a full turn. What is no more than rounding beyond a full turn is one, and no arc that nobody sees.
 fn turn(angle: f64) -> f64 {
     let rest = angle.rem_euclid(TAU);
-    if rest > 0.0 { rest } else { TAU }
+    let is_round = rest <= ROUND && !(0.0..=ROUND).contains(&angle);
+    if rest > 0.0 && !is_round { rest } else { TAU }
 }
 
 /// The part of a clamped curve that closes, through its seam.

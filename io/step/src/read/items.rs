@@ -1,5 +1,7 @@
 //! What representations hold: solids, surfaces, curves, points, meshes.
 
+use std::collections::HashSet;
+
 use loftsman_kernel::mesh::{Cloud, Polyline};
 use loftsman_kernel::scene::Geometry;
 
@@ -26,11 +28,13 @@ pub(crate) struct Items<'r, 'a, 'f> {
     pub(crate) found: Vec<Item>,
     /// Points without anything around them: one cloud.
     points: Vec<loftsman_kernel::Point>,
+    /// The sets that have been read.
+    sets: HashSet<u64>,
 }
 
 impl<'r, 'a, 'f> Items<'r, 'a, 'f> {
     pub(crate) fn new(space: Space<'r, 'f>, styles: &'r Styles, account: &'a mut Account<'r, 'f>) -> Self {
-        Self { space, styles, account, found: Vec::new(), points: Vec::new() }
+        Self { space, styles, account, found: Vec::new(), points: Vec::new(), sets: HashSet::new() }
     }
 
     /// All items of a list; what cannot be read is left out.
@@ -66,6 +70,13 @@ impl<'r, 'a, 'f> Items<'r, 'a, 'f> {
         let kind = kind(self.space.file, number);
         match kind {
             b"GEOMETRIC_SET" | b"GEOMETRIC_CURVE_SET" => {
+                // Else sets of sets would be read as often as there are ways to them.
+                if !self.sets.insert(number) {
+                    return Err(Problem::new(
+                        number,
+                        "this set lies in itself, or is named more than once: it is read once",
+                    ));
+                }
                 let elements = self.space.entity(number)?.args().references(1)?;
                 self.all(&elements, Some(number), depth);
                 self.account.keep_alone(&[number]);

@@ -227,7 +227,9 @@ impl<S: Shape> Session<S> {
         let shapes = view(&self.problem.shapes);
         let reach = |b: &BoundConstraint| {
             let reason = b.constraint.functional.out_of_reach(&shapes, &b.target)?;
-            Some((b.constraint.label(), b.target.first().copied(), reason))
+            // A bound is told with what it bounds.
+            let wanted = b.target.first().copied().filter(|_| b.constraint.sense() == Sense::Equal);
+            Some((b.constraint.label(), wanted, reason))
         };
         let Some((label, wanted, reason)) = self.problem.bound.iter().find_map(reach) else { return error };
         match found {

@@ -13,6 +13,8 @@ use crate::revolve::measured;
 
 /// A closed profile whose plane leans off the one across the path by more (60 degrees: it is half as wide then) is warned of.
 const LEANING: f64 = std::f64::consts::FRAC_PI_3;
+/// A surface whose area is less than this part of the square of its size has none but rounding.
+const NO_AREA: f64 = 1e-12;
 /// So many spikes are told with their places.
 const PLACES: usize = 8;
 
@@ -178,6 +180,14 @@ impl Operation for Sweep {
             ));
         }
         let area = measured(context, "surface-area", &surface);
+        // Beside the square of its own size.
+        let low = surface.points().iter().fold(surface.points()[0], |low, p| low.inf(p));
+        let size = surface.points().iter().map(|p| (p - low).norm()).fold(0.0, f64::max);
+        if area.is_some_and(|area| area <= NO_AREA * size * size) {
+            warnings.push(format!(
+                "the surface has no area: \"{source}\" runs along the path, as does what it leaves behind; turn it across the path"
+            ));
+        }
         let mut surface = Geometry::from(surface);
         let object = match place.back(&source, along) {
             Ok(back) => {

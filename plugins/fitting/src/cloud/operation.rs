@@ -140,7 +140,7 @@ fn points(scene: &Scene, name: &str, shapes: &[String]) -> Result<Vec<Point>, Op
         Geometry::Cloud(cloud) => cloud.points.as_slice(),
         Geometry::Mesh(mesh) => mesh.points(),
         other => {
-            let kind = loftsman_kernel::text::a(other.kind());
+            let kind = loftsman_kernel::text::a(&other.noun());
             let text = format!(
                 "\"{name}\" is {kind}: a shape is fitted to points, so give a cloud, a polyline or a mesh"
             );

@@ -251,7 +251,7 @@ impl Operation for CutBy {
                 other => {
                     let problem = format!(
                         "\"{object}\" is {}: a section is cut from a brep, a surface, trimmed or not, a mesh, a curve or a polyline",
-                        a(other.kind())
+                        a(&other.noun())
                     );
                     return Err(Error::Invalid(problem).into());
                 }

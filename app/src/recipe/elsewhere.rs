@@ -1,0 +1,59 @@
+//! What other programs call operations: for those who look for one by the name that they know.
+
+use loftsman_kernel::plugin::Registry;
+
+/// A name elsewhere, and the operation.
+const NAMES: [(&str, &str); 26] = [
+    ("append", "merge"),
+    ("blend", "match"),
+    ("clip", "section"),
+    ("contour", "section"),
+    ("copy_edge", "edge"),
+    ("cross-section", "section"),
+    ("cut", "section"),
+    ("densify", "refine"),
+    ("divide", "sample"),
+    ("extract", "isocurve"),
+    ("import", "merge"),
+    ("insert", "refine"),
+    ("interpolate", "fit"),
+    ("lathe", "revolve"),
+    ("mirror", "symmetrize"),
+    ("move", "transform"),
+    ("patch", "fill"),
+    ("pipe", "tube"),
+    ("reduce", "simplify"),
+    ("rotate", "transform"),
+    ("scale", "transform"),
+    ("slice", "section"),
+    ("smooth", "fair"),
+    ("spin", "revolve"),
+    ("translate", "transform"),
+    ("triangulate", "tessellate"),
+];
+
+/// The operation that other programs call so, where it is registered.
+pub(super) fn called(name: &str, registry: &Registry) -> Option<&'static str> {
+    let name = name.to_lowercase();
+    let (_, ours) = NAMES.iter().find(|(other, _)| *other == name)?;
+    registry.operations().iter().any(|o| o.declaration().name == *ours).then_some(ours)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// No name stands for what is an operation itself, and each stands for one that there is.
+    #[test]
+    fn names_of_others_lead_to_ours() {
+        let registry = crate::registry();
+        let ours: Vec<&str> = registry.operations().iter().map(|o| o.declaration().name).collect();
+        for (other, _) in NAMES {
+            assert!(!ours.contains(&other), "{other}");
+            assert!(called(other, &registry).is_some_and(|name| ours.contains(&name)), "{other}");
+        }
+        assert_eq!((called("Slice", &registry), called("edit", &registry)), (Some("section"), None));
+        assert!(NAMES.is_sorted());
+        assert_eq!(called("slice", &Registry::new()), None);
+    }
+}
