@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use loftsman_kernel::brep::Brep;
+use loftsman_kernel::spline::part::Part;
 use loftsman_kernel::spline::trimmed::{ParameterCurve, Region, Trimmed};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
@@ -116,4 +117,63 @@ fn faces_are_parts() {
     }
     assert_eq!(distances.len(), 6);
     assert!(block.part(6).is_err());
+}
+
+/// A wavy ring of so many spans, 48 chords each, in a sheet.
+fn wavy(spans: usize) -> Part {
+    let ring: Vec<Point> = (0..spans)
+        .map(|k| {
+            let angle = std::f64::consts::TAU * k as f64 / spans as f64;
+            let radius = 3.5 + 0.5 * (7.0 * angle).sin();
+            Point::new(5.0 + radius * angle.cos(), 5.0 + radius * angle.sin(), 0.0)
+        })
+        .collect();
+    let ring = Curve::new(Space::periodic_uniform(3, spans).unwrap(), ring).unwrap();
+    let regions = vec![Region { outer: vec![ParameterCurve::whole(ring).unwrap()], holes: Vec::new() }];
+    Trimmed::new(sheet(2, 1.0), regions, Vec::new(), Vec::new()).unwrap().part().unwrap()
+}
+
+/// A question to a loop of 100,000 chords takes about as long as one to a thousand: whether a place is inside, and how far off one outside is. The answers are those of the
+/// wave that the loop follows.
+#[test]
+fn long_loops_answer_as_soon_as_short_ones() {
+    let places: Vec<[f64; 2]> =
+        (0..400).map(|k| [f64::from(k % 20) * 0.5 + 0.013, f64::from(k / 20) * 0.5 + 0.017]).collect();
+    let ask = |part: &Part| {
+        let inside = places.iter().filter(|at| part.has(**at)).count();
+        let far: f64 =
+            places.iter().map(|at| part.distance_at_most(Point::new(at[0], at[1], 0.0)).unwrap()).sum();
+        (inside, far)
+    };
+    let mut times = Vec::new();
+    let mut answers = Vec::new();
+    for spans in [21, 2084] {
+        let part = wavy(spans);
+        // The first question looks at the border.
+        answers.push(ask(&part));
+        let best = (0..5).map(|_| {
+            let start = std::time::Instant::now();
+            std::hint::black_box(ask(&part));
+            start.elapsed().as_secs_f64()
+        });
+        times.push(best.fold(f64::INFINITY, f64::min));
+    }
+    // What is asked for all chords takes a hundred times as long.
+    assert!(times[1] < 12.0 * times[0], "{times:?}");
+    // The ring at many places: inside it is 0, outside the distance to the nearest of these.
+    let wave = |k: usize| {
+        let angle = std::f64::consts::TAU * k as f64 / 20_000.0;
+        let radius = 3.5 + 0.5 * (7.0 * angle).sin();
+        [5.0 + radius * angle.cos(), 5.0 + radius * angle.sin()]
+    };
+    let ring: Vec<[f64; 2]> = (0..20_000).map(wave).collect();
+    let inside = |[x, y]: [f64; 2]| {
+        let (x, y) = (x - 5.0, y - 5.0);
+        x.hypot(y) < 3.5 + 0.5 * (7.0 * y.atan2(x)).sin()
+    };
+    let far =
+        |[x, y]: [f64; 2]| ring.iter().map(|p| (p[0] - x).hypot(p[1] - y)).fold(f64::INFINITY, f64::min);
+    let expected: f64 = places.iter().map(|at| if inside(*at) { 0.0 } else { far(*at) }).sum();
+    assert_eq!(answers[1].0, places.iter().filter(|at| inside(**at)).count(), "{answers:?}");
+    assert!((answers[1].1 - expected).abs() < 1e-3 * expected, "{answers:?} {expected}");
 }

@@ -4,6 +4,7 @@
 use loftsman_kernel::Point;
 use loftsman_kernel::edit::{Ask, Edit};
 use loftsman_kernel::functional::position;
+use loftsman_kernel::scene::Unit;
 use loftsman_kernel::spline::{Curve, Space};
 
 /// A cubic of twelve vertices over [0, 9].
@@ -44,6 +45,9 @@ fn a_best_effort_says_what_it_missed_and_calls_nothing_of_it_redundant() {
         let told = report.missed();
         assert_eq!(told.len(), missed.len(), "{number}: {told:?}");
         assert!(told.iter().zip(missed).all(|(told, words)| told.contains(words)), "{number}: {told:?}");
+        // A place is missed by a length.
+        let lengths = report.missed_in(Unit::Millimetre);
+        assert_eq!(lengths, told.iter().map(|told| format!("{told} mm")).collect::<Vec<_>>(), "{number}");
     }
 }
 

@@ -66,7 +66,7 @@ impl Brep {
         if self.is_reversed(face) {
             lines.iter_mut().for_each(|line| line.reverse());
         }
-        Ok(Part::new(surface, lines, sides, curves.into_iter().flatten().collect()))
+        Ok(Part::new(surface, &lines, sides, curves.into_iter().flatten().collect()))
     }
 
     /// The place of the Brep that is nearest to a point: on each face that may have it, the nearest place of its surface where that is inside the

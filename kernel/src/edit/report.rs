@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::text::counted;
 use crate::text::figure;
+use crate::unit::Unit;
 
 pub use crate::problem::{ConstraintReport, Convergence, Corner, Smoothness};
 
@@ -82,8 +83,17 @@ impl fmt::Display for Report {
 impl Report {
     /// What a best effort has missed, and by how much: `position at 0 by 1`. Rounding is not counted.
     pub fn missed(&self) -> Vec<String> {
-        let missed = self.constraints.iter().filter(|c| self.best_effort && c.residual > self.tolerance());
-        missed.map(|c| format!("{} by {}", c.name, figure(c.residual))).collect()
+        self.missing().map(|c| format!("{} by {}", c.name, figure(c.residual))).collect()
+    }
+
+    /// The same with units, where lengths are in this one: `position at 0 by 1 m`, `area by 0.02 m²`; plain numbers where a
+    /// constraint's [dimension](ConstraintReport::dimension) is not known.
+    pub fn missed_in(&self, unit: Unit) -> Vec<String> {
+        self.missing().map(|c| format!("{} by {}", c.name, c.error_in(unit))).collect()
+    }
+
+    fn missing(&self) -> impl Iterator<Item = &ConstraintReport> {
+        self.constraints.iter().filter(|c| self.best_effort && c.residual > self.tolerance())
     }
 
     /// Errors below this are rounding.

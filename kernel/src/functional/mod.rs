@@ -279,6 +279,12 @@ pub trait Functional: Any + Debug + Send + Sync {
         None
     }
 
+    /// The power of length that its values have, for reports with units: 1 for a place or a length, 2 for an area, 3 for a volume, 0 for
+    /// numbers without a unit. `None` (the default) where that is not known, or where they are not all alike.
+    fn dimension(&self) -> Option<u8> {
+        None
+    }
+
     /// What it is in Rust, for messages about functionals that are wrong.
     fn type_name(&self) -> &'static str {
         std::any::type_name::<Self>()

@@ -52,6 +52,10 @@ impl Functional for Position {
         format!("position {}{}", self.at, self.on)
     }
 
+    fn dimension(&self) -> Option<u8> {
+        Some(1)
+    }
+
     fn same_as(&self, other: &dyn Functional) -> bool {
         equals(self, other)
     }

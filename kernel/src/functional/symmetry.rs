@@ -133,6 +133,10 @@ impl Functional for Symmetry {
         format!("symmetry{}", self.on)
     }
 
+    fn dimension(&self) -> Option<u8> {
+        Some(1)
+    }
+
     fn bind(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {
         let pairs = self.paired(shapes.get(self.on.shape)?.control_vertices())?;
         Ok(Some(Arc::new(Self { pairs, ..self.clone() })))

@@ -46,6 +46,10 @@ impl Functional for VertexAt {
         format!("vertex {}{}", self.index, self.on)
     }
 
+    fn dimension(&self) -> Option<u8> {
+        Some(1)
+    }
+
     fn by_number(&self, shape: usize) -> bool {
         shape == self.on.shape
     }

@@ -194,6 +194,10 @@ pub struct StepReport {
     /// Anything else worth saying.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
+    /// So many of the first notes are what the step was run for, in the user's quantities (how near, how many): they are told before
+    /// how it was solved.
+    #[serde(skip)]
+    pub leading: usize,
     /// What nobody should overlook: the program says it on the standard error.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,

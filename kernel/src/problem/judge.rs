@@ -104,6 +104,7 @@ impl Problem {
         let each = asked.map(|(k, bound)| ConstraintReport {
             name: bound.constraint.name(),
             residual: of(misfit, k).iter().fold(0.0, |m, e| m.max(e.abs())),
+            dimension: bound.constraint.functional.dimension(),
             location: None,
             between: None,
             multipliers: of(multipliers, k),

@@ -7,6 +7,7 @@ use super::name::Name;
 use crate::functional::Functional;
 use crate::shape::Location;
 use crate::text::figure;
+use crate::unit::Unit;
 
 /// How a nonlinear problem converged.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
@@ -26,6 +27,9 @@ pub struct ConstraintReport {
     pub name: Name,
     /// Largest error of its equations after the step.
     pub residual: f64,
+    /// The power of length that this error has ([`Functional::dimension`]): 2 for an area. `None` where that is not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dimension: Option<u8>,
     /// Where it came to rest, if its location floated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub location: Option<Vec<f64>>,
@@ -38,6 +42,14 @@ pub struct ConstraintReport {
 }
 
 impl ConstraintReport {
+    /// Its error with the unit that it has where lengths are in `unit`: `0.5 m`, `0.02 m²`; a plain number where its dimension is not known.
+    pub fn error_in(&self, unit: Unit) -> String {
+        match self.dimension {
+            Some(power @ 1..=3) => unit.quantity(self.residual, usize::from(power)),
+            _ => figure(self.residual),
+        }
+    }
+
     /// The functional where its location came to rest, if that floated.
     pub fn rested(&self, functional: &Arc<dyn Functional>) -> Option<Arc<dyn Functional>> {
         let to = match self.location.as_deref()? {

@@ -202,7 +202,7 @@ impl Trimmed {
             lines.push(line);
         }
         let border = loops.iter().flatten().map(|(curve, _)| (*curve).clone()).collect();
-        Ok(Part::new(self.surface.clone(), lines, sides, border))
+        Ok(Part::new(self.surface.clone(), &lines, sides, border))
     }
 
     /// The sides of the parameter plane, and the loop around all of it.

@@ -136,6 +136,10 @@ impl Functional for Area {
         format!("area{}", self.region.describe())
     }
 
+    fn dimension(&self) -> Option<u8> {
+        Some(2)
+    }
+
     fn companions(&self) -> Vec<Arc<dyn Functional>> {
         self.region.companions()
     }

@@ -206,6 +206,10 @@ impl Functional for Centroid {
         format!("centroid{}", self.region.describe())
     }
 
+    fn dimension(&self) -> Option<u8> {
+        Some(1)
+    }
+
     fn companions(&self) -> Vec<Arc<dyn Functional>> {
         self.region.companions()
     }

@@ -253,6 +253,10 @@ impl Functional for Length {
         format!("length{}", self.members)
     }
 
+    fn dimension(&self) -> Option<u8> {
+        Some(1)
+    }
+
     fn out_of_reach(&self, shapes: &Shapes<'_>, wanted: &[f64]) -> Option<String> {
         let [on] = &self.members.0[..] else { return None };
         let own = curve(shapes, on, &self.describe(), "").ok()?;

@@ -152,6 +152,10 @@ impl Functional for SurfaceArea {
         format!("surface area{}", self.members)
     }
 
+    fn dimension(&self) -> Option<u8> {
+        Some(2)
+    }
+
     fn effort(&self) -> usize {
         self.effort
     }

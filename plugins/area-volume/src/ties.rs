@@ -112,6 +112,10 @@ impl Functional for Closed {
         format!("closed{}", self.members)
     }
 
+    fn dimension(&self) -> Option<u8> {
+        Some(1)
+    }
+
     fn bind(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {
         Ok(Some(Arc::new(Self { members: self.members.clone(), ties: Some(self.found(shapes)?) })))
     }

@@ -108,6 +108,10 @@ impl Functional for Volume {
         format!("volume{}", self.members)
     }
 
+    fn dimension(&self) -> Option<u8> {
+        Some(3)
+    }
+
     fn companions(&self) -> Vec<Arc<dyn Functional>> {
         vec![Arc::new(Closed::of_members(self.members.clone()))]
     }

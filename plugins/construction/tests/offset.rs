@@ -823,3 +823,51 @@ fn a_strip_of_no_width_is_left_out() {
         assert!(said.contains("a strip of no width") && said.contains("give a smaller distance"), "{said}");
     }
 }
+
+/// Curves that are nearly straight, going one way or back and forth, of any degree, at distances from a hundredth of their length to ten times that: what comes is within
+/// the tolerance, and what is refused is refused soon, in words.
+#[test]
+fn nearly_straight_curves_are_moved_or_refused_soon() {
+    let mut seed = 3_u64;
+    let mut next = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let (mut moved, mut narrow) = ([0, 0], 0);
+    for case in 0..63 {
+        let folds = case % 3 == 0;
+        let degree = 1 + case % 7;
+        let count = degree + 2 + (next() * 24.0) as usize;
+        let amplitude = 10_f64.powf(-6.0 + 4.0 * next());
+        let away = 10_f64.powf(-2.0 + 3.0 * next()) * if case % 2 == 0 { 1.0 } else { -1.0 };
+        let tolerance = 10_f64.powf(-6.0 + 3.0 * next());
+        let points = (0..count)
+            .map(|k| {
+                let x = if folds { next() } else { k as f64 / (count - 1) as f64 };
+                Point::new(x, amplitude * (2.0 * next() - 1.0), 0.0)
+            })
+            .collect();
+        let curve = Curve::new(Space::clamped_uniform(degree, count).unwrap(), points).unwrap();
+        let options = OffsetOptions { tolerance: Some(tolerance), ..OffsetOptions::default() };
+        let start = std::time::Instant::now();
+        let found = offset(&curve, away, &options);
+        // A hundred times what it takes by itself: tests run beside one another.
+        assert!(start.elapsed().as_secs() < 60, "{case}: {:?}", start.elapsed());
+        match found {
+            Ok(found) => {
+                moved[usize::from(folds)] += 1;
+                narrow += usize::from(folds && amplitude <= 0.4 * tolerance);
+                let far = off(&curve, &found.curves, away.abs());
+                assert!(found.deviation <= tolerance && far <= 1.01 * tolerance, "{case}: {far} {tolerance}");
+            }
+            Err(error) => {
+                let text = error.to_string();
+                let why =
+                    ["to follow", "too short", "misses its place", "nothing of the curve", "can be followed"];
+                assert!(folds && amplitude > 0.25 * tolerance, "{case}: {amplitude} {tolerance}: {text}");
+                assert!(why.iter().any(|why| text.contains(why)), "{case}: {text}");
+            }
+        }
+    }
+    assert!(moved[0] == 42 && narrow > 2, "{moved:?} {narrow}");
+}

@@ -5,7 +5,7 @@ use loftsman_kernel::edit::Edit;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, put_back,
 };
-use loftsman_kernel::scene::{Animation, Scene};
+use loftsman_kernel::scene::{Animation, Scene, Unit};
 use loftsman_kernel::shape::Shape;
 
 use crate::problem::{Problem, SHARED, step_report};
@@ -87,7 +87,7 @@ impl Operation for Drag {
         }
         let keep = parameters.flag("frames")?;
         let edit = if sliding { problem.edit().sliding() } else { problem.edit() };
-        let dragged = run(&problem, edit, &path, keep, context)?;
+        let dragged = run(&problem, edit, &path, keep, scene.unit, context)?;
         let own = problem.own(&dragged.shapes);
         let after: Vec<&dyn Shape> = own.iter().map(AsRef::as_ref).collect();
         let mut report = dragged.report;
@@ -125,6 +125,7 @@ fn run(
     edit: Edit<Box<dyn Shape>>,
     path: &[Point],
     keep: bool,
+    unit: Unit,
     context: &Context<'_>,
 ) -> Result<Dragged, OperationError> {
     let count = problem.names.len();
@@ -152,7 +153,7 @@ fn run(
     }
     events.sort_by(f64::total_cmp);
     let edited = session.commit()?;
-    let mut report = step_report("drag", &problem.names[0], edited.report());
+    let mut report = step_report("drag", &problem.names[0], edited.report(), unit);
     report.prepare_seconds = Some(prepare_seconds);
     report.event_seconds = Some(events[events.len() / 2]);
     let mut shapes = Vec::with_capacity(count);

@@ -13,7 +13,7 @@ use loftsman_kernel::plugin::{
     SceneShapes, SeenShapes, Spot, StepReport, ask_once, constraint_from, editable, functional_from, nearest,
     object_name,
 };
-use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::scene::{Geometry, Scene, Unit};
 use loftsman_kernel::shape::{Location, Shape, vertex_index};
 use loftsman_kernel::solve::Solver;
 
@@ -354,13 +354,13 @@ fn metric(parameters: &Parameters) -> Result<Metric, ParameterError> {
     }
 }
 
-/// A step's report from an edit's.
-pub(crate) fn step_report(op: &str, object: &str, report: &Report) -> StepReport {
+/// A step's report from an edit's, where lengths are in this unit.
+pub(crate) fn step_report(op: &str, object: &str, report: &Report, unit: Unit) -> StepReport {
     let mut notes = report.notes.clone();
     if report.best_effort {
         notes.push(format!(
             "best effort: the constraints conflict and are met in the least-squares sense only; missed: {}",
-            report.missed().join(", ")
+            report.missed_in(unit).join(", ")
         ));
     }
     StepReport {

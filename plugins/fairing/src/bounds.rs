@@ -128,6 +128,7 @@ impl Bound {
         ConstraintReport {
             name: self.label.clone().into(),
             residual,
+            dimension: self.functional.dimension(),
             location: None,
             between: None,
             multipliers: vec![self.sign * push],

@@ -11,7 +11,7 @@ use loftsman_kernel::plugin::{
     StepReport, asked_in_own_coordinates, constraint_from, functional_from, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene, Unit};
-use loftsman_kernel::text::without_rounding;
+use loftsman_kernel::text::{figure, without_rounding};
 use loftsman_kernel::{Error, Point};
 
 use crate::corner::Corners;
@@ -179,7 +179,7 @@ impl Operation for FitPoints {
         };
         let points = points.as_ref();
         let (curve, mut report) = if parameters.flag("interpolate")? {
-            interpolate(points, closed, parameters)?
+            interpolate(points, closed, parameters, scene.unit)?
         } else {
             let fit = fit_of(closed, name, parameters, context)?;
             let fitted = fit.watched(points, context.observer)?;
@@ -313,6 +313,7 @@ fn interpolate(
     points: &[Point],
     closed: bool,
     parameters: &Parameters,
+    unit: Unit,
 ) -> Result<(loftsman_kernel::spline::Curve, StepReport), OperationError> {
     const LEAST_SQUARES: [&str; 10] = [
         "corners",
@@ -357,8 +358,13 @@ fn interpolate(
         }
         other => (other?, None),
     };
+    let size = points.iter().fold(0.0_f64, |most, p| most.max(p.coords.amax()));
+    let miss = match without_rounding(through.residual, size) {
+        0.0 => String::new(),
+        miss => format!(", to {}", unit.quantity(miss, 1)),
+    };
     let mut notes = vec![format!(
-        "{} control vertices through {} points",
+        "{} control vertices through {} points{miss}",
         through.curve.points().len(),
         points.len() - through.merged.len()
     )];
@@ -375,6 +381,7 @@ fn interpolate(
         condition: Some(through.condition),
         iterations: Some(1),
         notes,
+        leading: 1,
         ..StepReport::default()
     };
     Ok((through.curve, report))
@@ -497,12 +504,13 @@ fn report_of(fitted: &FittedCurve, points: &[Point], unit: Unit) -> StepReport {
     // Errors that are rounding at the size of the curve are none.
     let error = |x: f64| length(without_rounding(x, fitted.length));
     let vertices = fitted.curve.points().len();
+    let place = points.get(fitted.worst).map(|p| format!(" {}", place(p))).unwrap_or_default();
     let mut notes = vec![format!(
-        "{vertices} control vertices for {} points: largest error {} (point {}), root mean square {}",
-        points.len(),
+        "largest distance from the points {}, at point {}{place}; root mean square {}; {vertices} control vertices for {} points",
         error(fitted.max_error),
         fitted.worst,
-        error(fitted.rms_error)
+        error(fitted.rms_error),
+        points.len()
     )];
     match fitted.tolerance {
         Some(tolerance) if !fitted.met => {
@@ -511,6 +519,7 @@ fn report_of(fitted: &FittedCurve, points: &[Point], unit: Unit) -> StepReport {
         Some(tolerance) => notes.push(format!("the tolerance {} is met", length(tolerance))),
         None => {}
     }
+    let leading = notes.len();
     notes.push(format!(
         "length {}, the polygon of the points {}; the nearest points of the curve are at most {} away",
         length(fitted.length),
@@ -548,6 +557,14 @@ fn report_of(fitted: &FittedCurve, points: &[Point], unit: Unit) -> StepReport {
         redundant: kept.redundant.clone(),
         constraints: kept.residuals.iter().map(constraint).collect(),
         notes,
+        leading,
         ..StepReport::default()
     }
+}
+
+/// `(0.5 0 1)`: what is rounding beside the largest coordinate is 0.
+pub(crate) fn place(point: &Point) -> String {
+    let size = point.coords.amax();
+    let told: Vec<String> = point.iter().map(|&x| figure(without_rounding(x, size))).collect();
+    format!("({})", told.join(" "))
 }

@@ -47,7 +47,7 @@ fn a_closed_polyline_becomes_a_periodic_curve() {
     let curve = scene.curve("ring").unwrap();
     assert!(curve.is_periodic() && curve.degree() == 3 && curve.points().len() < 20);
     assert_eq!(report.op, "fit");
-    assert!(report.notes[0].contains("largest error"), "{:?}", report.notes);
+    assert!(report.notes[0].starts_with("largest distance from the points 0.000"), "{:?}", report.notes);
     // Lengths have the scene's unit; errors that are rounding are none.
     let unit = scene.unit.symbol();
     assert_eq!(report.notes[1], format!("the tolerance 0.001 {unit} is met"));

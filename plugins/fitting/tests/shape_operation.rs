@@ -50,7 +50,11 @@ fn a_surface_comes_to_its_points() {
     let before = scene.object("scan").unwrap().clone();
     let report = run(&mut scene, json!({ "points": "scan" })).unwrap();
     assert!(farthest(&scene) < 1e-5, "{:e} {:?}", farthest(&scene), report.notes);
-    assert!(report.notes[0].contains("400 points: rms"), "{:?}", report.notes);
+    assert!(
+        report.notes[0].contains("400 points") && report.notes[0].contains("root mean square"),
+        "{:?}",
+        report.notes
+    );
     assert_eq!(report.object.as_deref(), Some("sheet"));
     assert_eq!(scene.object("scan").unwrap(), &before, "the points stay");
 }

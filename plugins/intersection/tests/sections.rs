@@ -1,6 +1,7 @@
 //! Sections of surfaces, and curves with planes.
 #![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
-use loftsman_intersection::{Options, Plane, Section, curve_plane, section};
+use loftsman_intersection::{Options, Plane, Section, SectionCurve, curve_plane, section, trimmed_section};
+use loftsman_kernel::spline::trimmed::{ParameterCurve, Region, Trimmed};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use std::f64::consts::{PI, TAU};
@@ -212,6 +213,165 @@ fn what_touches_a_rim_closes_there() {
             // x² + y² = (8 + y/5)² where z = 10 - y: half diameters √(200/3) and √(200/2.88), seen along z.
             let area = PI * (200.0_f64 / 3.0).sqrt() * (200.0_f64 / 2.88).sqrt() * 2.0_f64.sqrt();
             assert!((cut.area.unwrap().abs() - area).abs() < 1e-4 * area, "{turn}: {:?} {area}", cut.area);
+        }
+    }
+}
+
+/// The curve's control vertices in homogeneous coordinates are those of the isocurve; of a loop the last one is the first.
+fn is_isocurve(cut: &SectionCurve, surface: &Surface) -> bool {
+    let Some((direction, at)) = cut.isocurve else { return false };
+    let line = surface.isocurve(direction, at).unwrap();
+    let (a, b) = line.domain();
+    let size = surface.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+    cut.curve.degree() == line.degree()
+        && cut.curve.domain() == (a, b)
+        && cut.curve.space().breakpoints() == line.space().breakpoints()
+        && cut.curve.weights().is_some() == line.weights().is_some()
+        && (0..=200).all(|k| {
+            let t = (a + (b - a) * f64::from(k) / 200.0).min(b);
+            (cut.curve.point(t).unwrap() - line.point(t).unwrap()).norm() <= 1e-15 * size
+        })
+}
+
+/// What the plane meets along a parameter line is that line, with its weights and its knots: circles of cylinders, balls, tori and cones of any size, turned and
+/// away from the origin, at their edges, too; ribs of a loft of planar curves of any degree, closed or not.
+#[test]
+fn parameter_lines_in_the_plane_are_exact() {
+    for (scale, away) in [(1.0, 0.0), (1e-9, 0.0), (1e9, 0.0), (1.0, 1e3)] {
+        let axis = Vector::new(1.0, 2.0, -0.5).normalize();
+        let middle = Point::new(away, -2.0 * away, 0.0);
+        let across = axis.cross(&Vector::x()).normalize();
+        let ring = Curve::circle(middle, axis, scale).unwrap();
+        let pipe = Surface::extrusion(&ring, axis * (5.0 * scale)).unwrap();
+        let side =
+            Curve::line(middle + across * scale, middle + across * (3.0 * scale) + axis * (2.0 * scale))
+                .unwrap();
+        let cone = Surface::revolution(&side, middle, axis, TAU).unwrap();
+        let part = Surface::revolution(&side, middle, axis, 2.0).unwrap();
+        let tube = Curve::circle(middle + across * (3.0 * scale), axis.cross(&across), scale).unwrap();
+        let donut = Surface::revolution(&tube, middle, axis, TAU).unwrap();
+        let radius = |height: f64| {
+            [(1.0, 0.0), (1.0 + height, 0.0), (1.0 + height, 0.0), {
+                let half = (1.0 - height * height).max(0.0).sqrt();
+                (3.0 + half, 3.0 - half)
+            }]
+        };
+        for height in [0.0, 0.25, 0.777] {
+            let plane = Plane::new(middle + axis * (height * scale), axis).unwrap();
+            for (k, surface) in [&pipe, &cone, &part, &donut].into_iter().enumerate() {
+                let cut = section(surface, &plane, &Options::default()).unwrap();
+                let (outer, inner) = radius(height)[k];
+                let count = if inner > 0.0 { 2 } else { 1 };
+                assert_eq!(cut.curves.len(), count, "{scale} {height} {k}");
+                for one in &cut.curves {
+                    assert!(is_isocurve(one, surface), "{scale} {away} {height} {k}: {one:?}");
+                    assert_eq!((one.closed, one.curve.is_periodic()), (k != 2, k != 2));
+                    assert!(one.curve.points().len() <= 9 && one.distance <= 1e-14 * (scale + 3.0 * away));
+                }
+                let angle = if k == 2 { 2.0 } else { TAU };
+                let length: f64 = cut.curves.iter().map(|c| c.curve.length(1e-12).unwrap().value).sum();
+                let exactly = angle * (outer + inner) * scale;
+                assert!((length - exactly).abs() <= 1e-9 * exactly, "{k}: {length} {exactly}");
+                let area = PI * (outer * outer - inner * inner) * scale * scale;
+                let near = |found: f64| (found - area).abs() <= (1e-12 + 1e-15 * away) * area;
+                assert!(
+                    k == 2 && cut.area.is_none() || cut.area.is_some_and(near),
+                    "{k}: {:?} {area}",
+                    cut.area
+                );
+            }
+        }
+        // Through the axis the lines of a cone, which are straight, and the circles of the torus.
+        let plane = Plane::new(middle, axis.cross(&across)).unwrap();
+        for surface in [&cone, &donut] {
+            let cut = section(surface, &plane, &Options::default()).unwrap();
+            assert!(cut.curves.len() == 2, "{scale} {away}: {cut:?}");
+            assert!(cut.curves.iter().all(|one| is_isocurve(one, surface)), "{scale} {away}: {cut:?}");
+        }
+    }
+    let mut seed = 5_u64;
+    let mut next = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    for (degree, along) in [(1, 1), (2, 3), (3, 2), (5, 3), (7, 4)] {
+        let heights = [0.0, 1.0, 1.5, 4.0, 5.0, 7.0];
+        let space = Space::clamped_uniform(along, heights.len()).unwrap();
+        for own in [
+            Space::clamped_uniform(degree, degree + 4).unwrap(),
+            Space::periodic_uniform(degree, degree + 4).unwrap(),
+        ] {
+            let count = own.len();
+            let net: Vec<Point> = (0..count * heights.len())
+                .map(|k| {
+                    let angle = TAU * (k / heights.len()) as f64 / count as f64;
+                    let r = 2.0 + 0.3 * next();
+                    Point::new(r * angle.cos(), r * angle.sin(), heights[k % heights.len()])
+                })
+                .collect();
+            let surface = Surface::new(own.clone(), space.clone(), net).unwrap();
+            for z in [0.0, 0.31, 3.3, 6.0, 7.0] {
+                let cut = section(
+                    &surface,
+                    &Plane::new(Point::new(0.0, 0.0, z), Vector::z()).unwrap(),
+                    &Options::default(),
+                )
+                .unwrap();
+                assert!(
+                    cut.curves.len() == 1 && is_isocurve(&cut.curves[0], &surface),
+                    "{degree} {along} {z}: {cut:?}"
+                );
+                assert_eq!(cut.curves[0].closed, own.is_periodic());
+            }
+            // Askew it is no parameter line.
+            let askew = Plane::new(Point::new(0.0, 0.0, 3.3), Vector::new(1e-3, 0.0, 1.0)).unwrap();
+            let cut = section(&surface, &askew, &Options::default()).unwrap();
+            assert!(cut.curves.len() == 1 && cut.curves[0].isocurve.is_none());
+        }
+    }
+}
+
+/// Of a trimmed surface the part within its loops is left of the line, cut out of it exactly.
+#[test]
+fn parts_of_parameter_lines_within_loops_are_exact() {
+    let ring = Curve::circle(Point::origin(), Vector::z(), 2.0).unwrap();
+    let pipe = Surface::extrusion(&ring, Vector::z() * 5.0).unwrap();
+    let ((a, b), (c, d)) = (pipe.u().domain(), pipe.v().domain());
+    let square = |low: [f64; 2], high: [f64; 2]| -> Vec<ParameterCurve> {
+        let corner =
+            |k: usize| [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]][k % 4];
+        let at = |k: usize| Point::new(corner(k)[0], corner(k)[1], 0.0);
+        (0..4).map(|k| ParameterCurve::whole(Curve::line(at(k), at(k + 1)).unwrap()).unwrap()).collect()
+    };
+    let at = |s: f64, t: f64| [a + (b - a) * s, c + (d - c) * t];
+    let outer = square(at(0.1, 0.1), at(0.8, 0.9));
+    let hole: Vec<ParameterCurve> = square(at(0.3, 0.3), at(0.5, 0.7))
+        .iter()
+        .rev()
+        .map(|side| ParameterCurve::whole(side.curve().reverse().unwrap()).unwrap())
+        .collect();
+    let window =
+        Trimmed::new(pipe.clone(), vec![Region { outer, holes: vec![hole] }], Vec::new(), Vec::new())
+            .unwrap();
+    for (height, ranges) in [(0.5, vec![(0.1, 0.3), (0.5, 0.8)]), (0.2, vec![(0.1, 0.8)]), (0.95, vec![])] {
+        let plane = Plane::new(Point::new(0.0, 0.0, 5.0 * height), Vector::z()).unwrap();
+        let cut = trimmed_section(&window, &plane, &Options::default()).unwrap();
+        assert_eq!(cut.curves.len(), ranges.len(), "{height}: {cut:?}");
+        for (from, to) in ranges {
+            let ends = [from, to].map(|s| pipe.point(at(s, 0.0)[0], at(0.0, height)[1]).unwrap());
+            let found = cut.curves.iter().find(|one| {
+                let (s, t) = one.curve.domain();
+                let own = [one.curve.point(s).unwrap(), one.curve.point(t).unwrap()];
+                (own[0] - ends[0]).norm() + (own[1] - ends[1]).norm() <= 1e-12
+            });
+            let found = found.unwrap_or_else(|| panic!("{height}: {ends:?} {cut:?}"));
+            assert!(found.isocurve.is_some() && found.curve.degree() == 2 && found.curve.weights().is_some());
+            assert!(found.curve.points().len() <= 9 && found.distance <= 1e-14);
+            let (s, t) = found.curve.domain();
+            for k in 0..=100 {
+                let p = found.curve.point((s + (t - s) * f64::from(k) / 100.0).min(t)).unwrap();
+                assert!((p.x.hypot(p.y) - 2.0).abs() <= 1e-12 && (p.z - 5.0 * height).abs() <= 1e-12, "{p}");
+            }
         }
     }
 }

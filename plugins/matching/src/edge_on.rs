@@ -229,6 +229,10 @@ impl Functional for EdgeOn {
         format!("{}{} on the curve{}", self.edge.called(), self.on, self.curve)
     }
 
+    fn dimension(&self) -> Option<u8> {
+        Some(1)
+    }
+
     fn bind(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {
         let bound = Self { bound: None, ..self.clone() }.fixed(shapes)?;
         if let Some(error) = &bound.too_far {

@@ -629,6 +629,7 @@ impl Made {
                 .collect(),
             smooth: Some(report.smooth.clone()).filter(|smooth| !smooth.is_empty()),
             notes,
+            leading: 2,
             ..StepReport::default()
         }
     }

@@ -89,6 +89,10 @@ fn step(step: &StepReport, unit: Unit, timed: bool) -> String {
     if !step.active.is_empty() {
         let _ = writeln!(text, "  bounds touched: {}", step.active.join(", "));
     }
+    let (first, rest) = step.notes.split_at(step.leading.min(step.notes.len()));
+    for note in first {
+        let _ = writeln!(text, "  {note}");
+    }
     let facts = facts(step, timed).join(" · ");
     if !facts.is_empty() {
         let _ = writeln!(text, "  {}", styled(DIM, &facts));
@@ -102,7 +106,7 @@ fn step(step: &StepReport, unit: Unit, timed: bool) -> String {
     if let Some(smooth) = step.smooth.as_ref().filter(|smooth| smooth.knots + smooth.bonds > 0) {
         let _ = writeln!(text, "  {}", styled(DIM, &smooth.to_string()));
     }
-    for note in &step.notes {
+    for note in rest {
         let _ = writeln!(text, "  {}", styled(DIM, note));
     }
     text
@@ -249,6 +253,25 @@ mod tests {
         };
         assert_eq!(near(0.0082), "  o  4 triangles, exact, triangles within 0.0082 mm\n");
         assert_eq!(near(9.9e-19), "  o  4 triangles, exact, triangles nowhere off\n");
+    }
+
+    /// What a step was run for stands before how it was solved, whatever number of notes it says these are.
+    #[test]
+    fn results_are_told_before_how_they_were_found() {
+        let notes = vec!["near to 0.1 m".to_owned(), "of an even curvature".to_owned()];
+        let report = |leading| StepReport {
+            op: "fit".into(),
+            residual: Some(1e-16),
+            notes: notes.clone(),
+            leading,
+            ..StepReport::default()
+        };
+        let lines = |leading| {
+            let text = step(&report(leading), Unit::Metre, false);
+            ["near to", "residual", "of an even"]
+                .map(|part| text.lines().position(|l| l.contains(part)).unwrap())
+        };
+        assert_eq!([0, 1, 2, 9].map(lines), [[2, 1, 3], [1, 2, 3], [1, 3, 2], [1, 3, 2]]);
     }
 
     /// How long a step took is nothing that it did: it is told where it is asked for. What a step makes has its name once.

@@ -96,6 +96,7 @@ impl<S: Shape> Session<S> {
             report.constraints.push(ConstraintReport {
                 name: bound.constraint.title(),
                 residual: measured.error,
+                dimension: bound.constraint.functional.dimension(),
                 location: self.rests_at(bound),
                 between: measured.between.map(|between| between.error),
                 multipliers,

@@ -398,6 +398,11 @@ impl Functional for Join {
         format!("C{} join at {}{a} with {}{b}", self.continuity, place(at), place(with))
     }
 
+    fn dimension(&self) -> Option<u8> {
+        // Derivatives are lengths by parameters.
+        (self.continuity == 0).then_some(1)
+    }
+
     fn bind(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {
         let bound = Self { bound: None, ..self.clone() }.fixed(shapes)?;
         Ok(Some(Arc::new(Self { bound: Some(bound), ..self.clone() })))

@@ -1,5 +1,7 @@
 //! How far places are from the curve, or from all of it but some pieces.
 
+use std::cell::Cell;
+
 use loftsman_kernel::error::Result;
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Point, Vector};
@@ -11,6 +13,8 @@ use super::element::direction;
 pub(super) struct Around {
     pub(super) pieces: Vec<Curve>,
     boxes: Vec<(Point, Point)>,
+    /// How many nearest places of pieces were asked for.
+    searches: Cell<usize>,
 }
 
 /// What is this part of its distance ahead of an end is not beside it.
@@ -63,7 +67,7 @@ impl Around {
             }
         }
         let boxes = pieces.iter().map(Curve::hull_bounds).collect();
-        Ok(Self { pieces, boxes })
+        Ok(Self { pieces, boxes, searches: Cell::new(0) })
     }
 
     /// The distance of a point from all pieces but some, and the place there; none where it is not below `most`.
@@ -84,12 +88,18 @@ impl Around {
             if bound >= least {
                 break;
             }
+            self.searches.set(self.searches.get() + 1);
             let found = self.pieces[k].closest(*point)?;
             if found.distance < least {
                 best = Some((found.distance, found.point));
             }
         }
         Ok(best)
+    }
+
+    /// How many nearest places of pieces were asked for so far.
+    pub(super) fn searches(&self) -> usize {
+        self.searches.get()
     }
 
     /// Whether a point off the curve lies on the side to which it is moved, as seen from its nearest place: at a corner from both pieces there, and where the curve comes

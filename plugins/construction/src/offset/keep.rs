@@ -60,6 +60,7 @@ pub(super) fn kept(
     let shortest = job.blind() / (3.0 * 4_f64.powi(round as i32));
     let mut before = true;
     let most_places = job.places(elements.len());
+    let most_searches = job.searches(elements.len());
     for (index, element) in elements.iter().enumerate() {
         let among = Among::new(job, element, tips);
         let beyond = |t: f64, place: &Place| -> Result<Point> {
@@ -100,9 +101,16 @@ pub(super) fn kept(
         let mut strip: Option<Point> = None;
         while t < b {
             *looked += 1;
-            if *looked > most_places {
+            let much = if *looked > most_places {
+                Some(format!("{most_places} places"))
+            } else if job.around.searches() > most_searches {
+                Some(format!("{most_searches} nearest places"))
+            } else {
+                None
+            };
+            if let Some(much) = much {
                 return Err(Error::Invalid(format!(
-                    "the offset at {} within {} takes more than {most_places} places to follow: give a larger tolerance, or split the curve",
+                    "the offset at {} within {} takes more than {much} to follow: give a larger tolerance, or split the curve",
                     job.options.given(job.distance),
                     job.options.found(job.tolerance)
                 )));
@@ -182,12 +190,17 @@ const CLOSER: usize = 16;
 /// are largest; none is larger than the distance.
 pub(super) fn reach(job: &Job<'_>, elements: &[Element]) -> Result<f64> {
     let mut found: Vec<(f64, usize, f64, f64)> = Vec::new();
+    // It is for a message: what takes long is found less near.
+    let most = job.around.searches() + job.searches(elements.len());
     for (index, element) in elements.iter().enumerate() {
         let Element::Moved { piece, .. } = element else { continue };
         let (a, b) = piece.domain();
         let count = element.samples(0);
         let width = (b - a) / count as f64;
         for k in 0..count {
+            if job.around.searches() > most {
+                break;
+            }
             let t = a + width * (k as f64 + 0.5);
             found.push((radius(job, element, t)?, index, t, width));
         }

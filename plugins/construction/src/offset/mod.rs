@@ -143,6 +143,9 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
         let found = offset(&flat, distance, &options)?;
         return Ok(Offset { deviation: found.deviation + leaves, tolerance, ..found });
     }
+    if let Some(found) = narrow(curve, &plane, distance, tolerance, options)? {
+        return Ok(found);
+    }
     let around = around::Around::new(curve, 1e-14 * size)?;
     let job = Job { curve, around: &around, plane: &plane, distance, tolerance, size, options };
     if let Some(found) = straight::folded(&job)? {
@@ -203,6 +206,39 @@ pub fn offset(curve: &Curve, distance: f64, options: &OffsetOptions) -> Result<O
     }))
 }
 
+/// The offset of an open curve that turns back on a line, but for a part of the tolerance: that of the curve on the line, which has a closed form. Its passes are so near to one another
+/// that which of them lies further out is less than what may be missed.
+fn narrow(
+    curve: &Curve,
+    plane: &plane::Plane,
+    distance: f64,
+    tolerance: f64,
+    options: &OffsetOptions,
+) -> Result<Option<Offset>> {
+    // What closes has an inside, however narrow that is.
+    let flat = if plane.closed { None } else { plane.straightened(curve)? };
+    let Some((flat, leaves)) = flat.filter(|(_, leaves)| *leaves <= NARROW * tolerance) else {
+        return Ok(None);
+    };
+    let options =
+        OffsetOptions { tolerance: Some(tolerance - leaves), normal: Some(plane.normal), ..*options };
+    let plane = plane::Plane::of(&flat, &options, &|_| 0.0)?;
+    let size = plane.size + distance.abs();
+    let around = around::Around::new(&flat, 1e-14 * size)?;
+    let own = tolerance - leaves;
+    let job = Job {
+        curve: &flat,
+        around: &around,
+        plane: &plane,
+        distance,
+        tolerance: own,
+        size,
+        options: &options,
+    };
+    let found = straight::folded(&job)?.filter(|found| found.deviation <= own);
+    Ok(found.map(|found| Offset { deviation: found.deviation + leaves, tolerance, ..found }))
+}
+
 fn misses(job: &Job<'_>, by: f64) -> Error {
     Error::Invalid(format!(
         "the offset at {} misses its place by {} where {} is allowed: give a larger tolerance, or split the curve",
@@ -241,6 +277,8 @@ fn ends(job: &Job<'_>, all: &[Element]) -> Result<f64> {
 
 /// A curve that leaves its plane by no more than this part of the tolerance is put into it.
 const FLATTENED: f64 = 0.1;
+/// A curve that turns back is put on a line that it leaves by no more than this part of the tolerance.
+const NARROW: f64 = 0.5;
 /// Nothing is left at a distance of which the largest circle that touches the curve from there is so much smaller.
 const FAR: f64 = 0.99;
 /// The least tolerance, as a part of the size: the parts that are kept are found to a hundredth of it.
@@ -250,6 +288,10 @@ const FINEST: f64 = 1e-10;
 const PLACES: f64 = 2e7;
 /// So many an element in any case.
 const AN_ELEMENT: usize = 256;
+/// So many nearest places of its pieces are asked for, divided alike: where passes of the curve lie beside one another each place asks all of them.
+const NEAREST: f64 = 8e6;
+/// So many an element in any case.
+const NEAREST_AN_ELEMENT: usize = 2048;
 /// So often are the steps along the curve made shorter, four times each.
 const ROUNDS: u32 = 5;
 /// Halvings of the distance at which nothing is left any more.
@@ -295,6 +337,12 @@ impl Job<'_> {
     fn places(&self, elements: usize) -> usize {
         let order = self.curve.degree() as f64 + 1.0;
         ((PLACES / (order * order)) as usize).max(AN_ELEMENT.saturating_mul(elements))
+    }
+
+    /// How many nearest places of pieces are asked for along so many elements, at most.
+    fn searches(&self, elements: usize) -> usize {
+        let order = self.curve.degree() as f64 + 1.0;
+        ((NEAREST / (order * order)) as usize).max(NEAREST_AN_ELEMENT.saturating_mul(elements))
     }
 
     /// How far pieces may be apart where they are put together.

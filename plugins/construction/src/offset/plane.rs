@@ -21,6 +21,8 @@ pub(super) struct Plane {
     pub(super) closed: bool,
     /// The direction of a curve that is straight.
     pub(super) along: Option<Vector>,
+    /// The direction in which control vertices vary most, from the first to the last of them that way.
+    line: Option<Vector>,
     /// A point of it.
     middle: Vector,
     /// How far control vertices are from it at most.
@@ -101,7 +103,7 @@ impl Plane {
         let last = points.iter().max_by(|a, b| place(a).total_cmp(&place(b)));
         let whole = first.zip(last).and_then(|(first, last)| (last - first).try_normalize(0.0));
         let along = whole.filter(|_| straight);
-        Ok(Self { normal, size, closed, along, middle, leaves: off(&normal) })
+        Ok(Self { normal, size, closed, along, line: whole, middle, leaves: off(&normal) })
     }
 
     /// The curve in the plane, and how far its vertices were from that; `None` where it lies there to rounding.
@@ -114,6 +116,20 @@ impl Plane {
             *point -= self.normal * (point.coords - self.middle).dot(&self.normal);
         }
         Ok(Some((Curve::build(space, points, weights)?, self.leaves)))
+    }
+
+    /// The curve on the line through the middle of its vertices along which they vary most, and how far they were from that at most; `None` where it is straight already.
+    pub(super) fn straightened(&self, curve: &Curve) -> Result<Option<(Curve, f64)>> {
+        let (None, Some(line)) = (self.along, self.line) else { return Ok(None) };
+        let (space, mut points, weights) = curve.clone().into_parts();
+        let mut leaves = 0.0_f64;
+        for point in &mut points {
+            let arm = point.coords - self.middle;
+            let across = arm - line * line.dot(&arm);
+            leaves = leaves.max(across.norm());
+            *point -= across;
+        }
+        Ok(Some((Curve::build(space, points, weights)?, leaves)))
     }
 }
 

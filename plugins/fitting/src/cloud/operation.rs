@@ -1,7 +1,6 @@
 //! `fit-shape`: a shape is brought near to points.
 
-use loftsman_kernel::text::figure;
-use loftsman_kernel::text::short;
+use loftsman_kernel::text::{figure, short};
 use std::sync::Arc;
 
 use loftsman_kernel::energy::Energy;
@@ -10,10 +9,12 @@ use loftsman_kernel::plugin::{
     Context, Declaration, Field, Mark, Operation, OperationError, ParameterError, Parameters, SceneShapes,
     SeenShapes, StepReport, ask_once, constraint_from, editable, object_name, put_back,
 };
-use loftsman_kernel::scene::{Geometry, Scene};
+use loftsman_kernel::scene::{Geometry, Scene, Unit};
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::{Error, Point};
 use nalgebra::Matrix4;
+
+use crate::operation::place;
 
 use super::{CloudFit, CloudReport, DerivativeEnergy, ITERATIONS, TOLERANCE};
 
@@ -123,7 +124,7 @@ impl Operation for FitShape {
         let after = frames.own_shape(0, fitted.shape().as_ref());
         let all: Vec<&dyn Shape> =
             std::iter::once(after.as_ref()).chain(before[1..].iter().map(AsRef::as_ref)).collect();
-        let mut report = report_of(&object, fitted.report(), points.len());
+        let mut report = report_of(&object, fitted.report(), &points, scene.unit);
         report.prepare_seconds = Some(seconds);
         report.marks = constraints.iter().filter_map(|c| Mark::of(c, &names, &before, &all)).collect();
         report.notes.extend(unfair);
@@ -214,13 +215,16 @@ fn fit_of(
     Ok((fit, unfair))
 }
 
-fn report_of(object: &str, report: &CloudReport, points: usize) -> StepReport {
+fn report_of(object: &str, report: &CloudReport, points: &[Point], unit: Unit) -> StepReport {
+    let length = |x: f64| unit.quantity(x, 1);
+    let place = points.get(report.worst).map(|p| format!(" {}", place(p))).unwrap_or_default();
     let mut notes = vec![format!(
-        "{points} points: rms {} → {}, largest distance {} at point {}",
+        "largest distance from the points {}, at point {}{place}; root mean square {} → {}; {} points",
+        length(report.largest),
+        report.worst,
         figure(report.before),
-        figure(report.rms),
-        figure(report.largest),
-        report.worst
+        length(report.rms),
+        points.len()
     )];
     if let Some(weight) = report.fair {
         notes.push(format!(
@@ -245,6 +249,7 @@ fn report_of(object: &str, report: &CloudReport, points: usize) -> StepReport {
         iterations: Some(report.iterations),
         constraints: report.constraints.clone(),
         notes,
+        leading: 1,
         ..StepReport::default()
     }
 }

@@ -6,7 +6,8 @@ use loftsman_kernel::plugin::{
     object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::text::{a, counted, told_apart, without_rounding};
+use loftsman_kernel::spline::Direction;
+use loftsman_kernel::text::{a, counted, measured, told_apart, without_rounding};
 use loftsman_kernel::{Error, Point, Vector};
 use serde_json::json;
 
@@ -66,7 +67,7 @@ impl Operation for CutBy {
                 "tolerance",
                 "length",
                 "1e-6 of the size",
-                "largest distance of section curves from a brep or surface",
+                "largest distance of section curves from a brep or surface; parameter lines of a surface are exact",
             ),
             NAME,
         ];
@@ -126,6 +127,8 @@ impl Operation for CutBy {
             let at = format!("({}, {}, {})", xs[k], ys[k], zs[k]);
             let (before, known) = (geometries.len(), notes.len());
             let (mut touching, mut area): (Vec<Point>, Option<f64>) = (Vec::new(), None);
+            // The parameter lines that pieces are.
+            let mut lines = Vec::new();
             // Whether what is cut has loose points beside its pieces.
             let mut dots = false;
             let point_or_points = |count| counted(count, "point[|s]");
@@ -135,6 +138,7 @@ impl Operation for CutBy {
                     area = cut.area;
                     for branch in cut.curves {
                         residual = Some(branch.distance.max(residual.unwrap_or(0.0)));
+                        lines.extend(branch.isocurve);
                         geometries.push(branch.curve.into());
                     }
                     for q in cut.touching {
@@ -245,6 +249,7 @@ impl Operation for CutBy {
                     area = cut.area;
                     for branch in cut.curves {
                         residual = Some(branch.distance.max(residual.unwrap_or(0.0)));
+                        lines.extend(branch.isocurve);
                         geometries.push(branch.curve.into());
                     }
                 }
@@ -261,6 +266,7 @@ impl Operation for CutBy {
             told_planes.push(json!({
                 "point": (0..3).map(|k| plane.point()[k] + 0.0).collect::<Vec<f64>>(),
                 "pieces": geometries.len() - before,
+                "exact": lines.len(),
                 "area": area,
                 "touching": touching.iter().map(|q| [q.x + 0.0, q.y + 0.0, q.z + 0.0]).collect::<Vec<_>>(),
             }));
@@ -272,7 +278,8 @@ impl Operation for CutBy {
                         .map(|area| format!(", an area of {}", one.quantity(area, 2)))
                         .unwrap_or_default();
                     let pieces = counted(count, "piece[|s]");
-                    notes.push(format!("the plane through {at} cuts {pieces}{area}"));
+                    let exact = exactly(&lines, count);
+                    notes.push(format!("the plane through {at} cuts {pieces}{area}{exact}"));
                 }
             }
         }
@@ -322,6 +329,26 @@ impl Operation for CutBy {
             notes,
             ..StepReport::default()
         })
+    }
+}
+
+/// How many pieces are exact, and which parameter lines they are: `; exact: the parameter line v = 0.5`.
+fn exactly(lines: &[(Direction, f64)], pieces: usize) -> String {
+    const NAMED: usize = 4;
+    let name = |(direction, at): &(Direction, f64)| {
+        format!("{} = {}", if *direction == Direction::U { "u" } else { "v" }, measured(*at))
+    };
+    let mut named: Vec<String> = lines.iter().map(name).collect();
+    // A trimmed one may be in several pieces.
+    named.dedup();
+    let more = if named.len() > NAMED { ", …" } else { "" };
+    let line = if named.len() == 1 { "the parameter line" } else { "the parameter lines" };
+    named.truncate(NAMED);
+    let named = named.join(", ");
+    match lines.len() {
+        0 => String::new(),
+        all if all == pieces => format!("; exact: {line} {named}{more}"),
+        some => format!("; {some} of them exact: {line} {named}{more}"),
     }
 }
 

@@ -2,10 +2,11 @@
 
 use std::collections::HashMap;
 
-use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::spline::{Curve, Direction, Space};
 use loftsman_kernel::{Point, Vector};
 
 use super::SectionCurve;
+use super::exact::is_drawn;
 use crate::error::Result;
 
 /// A place on a border that two pieces share: an edge's number, and the number of the meeting on it.
@@ -31,6 +32,8 @@ pub(crate) struct Part {
     pub(crate) closed: bool,
     pub(crate) distance: f64,
     pub(crate) face: usize,
+    /// As of the branch.
+    pub(crate) isocurve: Option<(Direction, f64)>,
 }
 
 /// How near on a branch, as a part of its length, gates are at one place: seams, and corners.
@@ -74,6 +77,7 @@ pub(crate) fn clipped(
         closed: branch.closed,
         distance: branch.distance,
         face,
+        isocurve: branch.isocurve,
     };
     if places.is_empty() {
         let middle = branch.curve.point(0.5 * (start + end))?;
@@ -138,7 +142,8 @@ pub(crate) fn clipped(
         }
         let curve = Curve::build(space, points, weights)?;
         let ends = [a, b].map(|k| k.map(|k| places[k].event));
-        parts.push(Part { curve, ends, closed: false, distance: branch.distance, face });
+        let (distance, isocurve) = (branch.distance, branch.isocurve);
+        parts.push(Part { curve, ends, closed: false, distance, face, isocurve });
     }
     Ok(Some(parts))
 }
@@ -154,7 +159,7 @@ fn on_knot(knots: &[f64], t: f64, near: f64) -> f64 {
 /// A branch of the section of several faces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShellCurve {
-    /// The branch: a cubic spline. Where it is closed, it ends where it starts.
+    /// The branch: a cubic spline, or what is left of an [isocurve](Self::isocurve). Where it is closed, it ends where it starts.
     pub curve: Curve,
     /// Whether it is a loop.
     pub closed: bool,
@@ -162,6 +167,8 @@ pub struct ShellCurve {
     pub distance: f64,
     /// The faces that it runs through, in order.
     pub faces: Vec<usize>,
+    /// Of a branch that is exact, because it is an isocurve of a trimmed surface: which parameter stands still, and where.
+    pub isocurve: Option<(Direction, f64)>,
 }
 
 /// Parts joined where one ends at the place at which another starts. In the order of the parts; `O(parts)`.
@@ -207,18 +214,31 @@ pub(crate) fn joined(parts: Vec<Part>) -> Result<Vec<ShellCurve>> {
         let closed = parts[first].closed || (from.is_some() && to == from);
         let distance = chain.iter().map(|&k| parts[k].distance).fold(0.0, f64::max);
         let faces = chain.iter().map(|&k| parts[k].face).collect();
+        let isocurve = if let [only] = chain[..] { parts[only].isocurve } else { None };
         curves.push(ShellCurve {
             curve: one(chain.iter().map(|&k| &parts[k].curve))?,
             closed,
             distance,
             faces,
+            isocurve,
         });
     }
     Ok(curves)
 }
 
-/// Cubic curves, each of which starts where the one before ends, as one.
-fn one<'a>(curves: impl ExactSizeIterator<Item = &'a Curve>) -> Result<Curve> {
+/// Curves, each of which starts where the one before ends, as one.
+fn one<'a>(curves: impl ExactSizeIterator<Item = &'a Curve> + Clone) -> Result<Curve> {
+    if curves.len() > 1 && !curves.clone().all(is_drawn) {
+        let mut all: Option<Curve> = None;
+        for curve in curves {
+            all = Some(match all {
+                // They end at the same place of the border, but for rounding.
+                Some(all) => all.join(curve, f64::INFINITY)?.shape,
+                None => curve.clone(),
+            });
+        }
+        return all.ok_or_else(|| loftsman_kernel::Error::Invalid("there is nothing to join".into()).into());
+    }
     let alone = curves.len() == 1;
     let (mut knots, mut points): (Vec<f64>, Vec<Point>) = (Vec::new(), Vec::new());
     for curve in curves {
@@ -248,17 +268,41 @@ fn one<'a>(curves: impl ExactSizeIterator<Item = &'a Curve>) -> Result<Curve> {
     Ok(Curve::new(Space::open(3, knots)?, points)?)
 }
 
-/// Twice the area that a plane curve goes around, counterclockwise as seen from the tip of the normal: exact for cubics.
+/// Twice the area that a plane curve goes around, counterclockwise as seen from the tip of the normal: exact for cubics, of others to rounding or so.
 pub(crate) fn doubled_area(curve: &Curve, normal: &Vector) -> Result<f64> {
+    let mut area = doubled_area_by(curve, normal, 1)?;
+    if curve.weights().is_none() && curve.degree() <= 3 {
+        return Ok(area);
+    }
+    // Errors of three places of Gauss fall by 64 with each halving.
+    for halvings in 1..=FINEST {
+        let finer = doubled_area_by(curve, normal, 1 << halvings)?;
+        let change = (finer - area).abs();
+        area = finer;
+        if change <= 64.0 * f64::EPSILON * area.abs() {
+            break;
+        }
+    }
+    Ok(area)
+}
+
+/// The most halvings of a span whose area is added up.
+const FINEST: u32 = 8;
+
+/// The same by three places of each of so many parts of a span.
+fn doubled_area_by(curve: &Curve, normal: &Vector, parts: usize) -> Result<f64> {
     // Of degree 5 on each span: three places of Gauss.
     let nodes = [(0.5 - 0.15_f64.sqrt(), 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.5 + 0.15_f64.sqrt(), 5.0 / 18.0)];
     let mut sum = 0.0;
     let Some(origin) = curve.points().first().copied() else { return Ok(0.0) };
     for span in curve.space().breakpoints().windows(2) {
-        for (x, weight) in nodes {
-            let u = span[0] + (span[1] - span[0]) * x;
-            let (r, d) = (curve.point(u)? - origin, curve.derivative(u, 1)?);
-            sum += weight * (span[1] - span[0]) * r.cross(&d).dot(normal);
+        let length = (span[1] - span[0]) / parts as f64;
+        for part in 0..parts {
+            for (x, weight) in nodes {
+                let u = span[0] + length * (part as f64 + x);
+                let (r, d) = (curve.point(u)? - origin, curve.derivative(u, 1)?);
+                sum += weight * length * r.cross(&d).dot(normal);
+            }
         }
     }
     Ok(sum)

@@ -12,6 +12,7 @@
 mod cell;
 mod chain;
 mod clip;
+mod exact;
 mod flat;
 mod shell;
 mod touch;
@@ -24,7 +25,7 @@ pub use shell::{ShellSection, brep_section};
 pub use trimmed::trimmed_section;
 
 use loftsman_kernel::Point;
-use loftsman_kernel::spline::{Curve, Surface};
+use loftsman_kernel::spline::{Curve, Direction, Surface};
 
 use crate::error::Result;
 use crate::intersections::{Options, Plane};
@@ -46,13 +47,16 @@ const STRIP: f64 = 1e-2;
 const SMALL: f64 = 1e-2;
 /// Places of a branch that are looked at for that.
 const PLACES: usize = 16;
-/// Sides of a polygon for each span of a loop, to tell which loop is inside which.
+/// Sides of a polygon for each span of a loop that was drawn, to tell which loop is inside which.
 const SIDES: usize = 4;
+/// The same of an isocurve, which has few spans.
+const LINE_SIDES: usize = 64;
 
 /// One branch of a section.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SectionCurve {
-    /// The branch: a cubic spline with continuous tangents, but where the surface has none.
+    /// The branch: a cubic spline with continuous tangents, but where the surface has none; where it is an
+    /// [isocurve](Self::isocurve), that.
     pub curve: Curve,
     /// Whether it is a loop; the curve is periodic then.
     pub closed: bool,
@@ -60,6 +64,8 @@ pub struct SectionCurve {
     pub distance: f64,
     /// The surface parameters of the ends of its spans, in order.
     pub parameters: Vec<[f64; 2]>,
+    /// Of a branch that is exact, because it is an isocurve of the surface: which parameter stands still, and where.
+    pub isocurve: Option<(Direction, f64)>,
 }
 
 /// The section of a surface by a plane.
@@ -83,7 +89,8 @@ pub struct Section {
 /// The section of a surface by a plane, drawn within a tolerance (`None`: 1e-6 of the surface's size).
 ///
 /// Which branches and loops there are is known to an eighth of the tolerance: branches that pass one another more
-/// closely may be joined the other way. An edge of the surface that lies in the plane is a branch as others, on whichever side of the plane
+/// closely may be joined the other way. Where one is a whole [isocurve](Surface::isocurve) of the surface, to rounding, it is given as that: of a surface of
+/// revolution across its axis the rational circles themselves. An edge of the surface that lies in the plane is a branch as others, on whichever side of the plane
 /// the surface is; of a line along which it only touches the plane one point is told. `O(n)` for patches that do not meet the plane, then what the section passes.
 ///
 /// ```
@@ -101,7 +108,7 @@ pub struct Section {
 /// When the tolerance is no length, or the surface is too large for numbers.
 pub fn section(surface: &Surface, plane: &Plane, options: &Options) -> Result<Section> {
     let mut found = cut(surface, plane, options, Sides::Both)?;
-    for branch in &mut found.curves {
+    for branch in found.curves.iter_mut().filter(|branch| branch.isocurve.is_none()) {
         branch.distance += flat::lay(&mut branch.curve, plane)?;
     }
     Ok(found)
@@ -178,6 +185,7 @@ fn cut(surface: &Surface, plane: &Plane, options: &Options, sides: Sides) -> Res
         let off = 4.0 * shift * frame.size;
         let strip = Strip { surface, plane, height: &height, tolerance, width: STRIP * frame.size, off };
         touched(&mut result, sides_of, &strip)?;
+        exact::Lines::new(surface, plane, tolerance).replace(&mut result.curves)?;
         result.area = area(&result, plane)?;
     }
     Ok(result)
@@ -192,11 +200,12 @@ fn area(section: &Section, plane: &Plane) -> Result<Option<f64>> {
     let normal = plane.normal();
     let across = normal.iamax();
     let (mut loops, mut own) = (Vec::new(), Vec::new());
-    for SectionCurve { curve, .. } in &section.curves {
+    for SectionCurve { curve, isocurve, .. } in &section.curves {
+        let sides = if isocurve.is_some() { LINE_SIDES } else { SIDES };
         let mut points = Vec::new();
         for span in curve.space().breakpoints().windows(2) {
-            for k in 0..SIDES {
-                let p = curve.point(span[0] + (span[1] - span[0]) * k as f64 / SIDES as f64)?;
+            for k in 0..sides {
+                let p = curve.point(span[0] + (span[1] - span[0]) * k as f64 / sides as f64)?;
                 points.push([p[(across + 1) % 3], p[(across + 2) % 3]]);
             }
         }

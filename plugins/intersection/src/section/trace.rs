@@ -120,7 +120,13 @@ pub(crate) fn trace(
     let parameters =
         cubics.iter().map(|c| c.start.at).chain(cubics.last().map(|c| c.end.at)).collect::<Vec<_>>();
     let curve = join(&cubics, chain.closed, frame)?;
-    Ok(SectionCurve { curve, closed: chain.closed, distance: distance * frame.size, parameters })
+    Ok(SectionCurve {
+        curve,
+        closed: chain.closed,
+        distance: distance * frame.size,
+        parameters,
+        isocurve: None,
+    })
 }
 
 struct Line<'a> {

@@ -7,7 +7,7 @@ use loftsman_kernel::spline::{Surface, Trimmed};
 
 use super::clip::{Gate, clipped, joined};
 use super::shell::ShellSection;
-use super::{Section, Sides, cut, flat};
+use super::{Section, Sides, cut, exact, flat};
 use crate::error::Result;
 use crate::intersections::{Options, Plane};
 
@@ -23,8 +23,9 @@ const REACH: f64 = 1e3;
 /// When the tolerance is no length, or the surface is too large for numbers.
 pub fn trimmed_section(trimmed: &Trimmed, plane: &Plane, options: &Options) -> Result<ShellSection> {
     let surface = trimmed.surface();
-    let Section { curves, touching, coincident, undecided, tolerance, area: _ } =
+    let Section { mut curves, touching, coincident, undecided, tolerance, area: _ } =
         cut(surface, plane, options, Sides::One)?;
+    exact::Lines::new(surface, plane, tolerance).replace(&mut curves)?;
     let mut all = ShellSection { tolerance, ..ShellSection::default() };
     if !coincident.is_empty() {
         all.coincident.push(0);
@@ -64,7 +65,7 @@ pub fn trimmed_section(trimmed: &Trimmed, plane: &Plane, options: &Options) -> R
         parts.extend(clipped(branch, gates, 0, inside)?.unwrap_or_default());
     }
     all.curves = joined(parts)?;
-    for branch in &mut all.curves {
+    for branch in all.curves.iter_mut().filter(|branch| branch.isocurve.is_none()) {
         branch.distance += flat::lay(&mut branch.curve, plane)?;
     }
     Ok(all)
