@@ -111,19 +111,120 @@ fn such_curves_of_every_degree_are_what_their_knots_say() {
     assert!(members >= 100, "{members}");
 }
 
+/// Ranges that pass the end of all knots, or of clamped ones, or are rounded otherwise than these.
+#[test]
+fn what_a_range_has_beyond_all_knots_is_clipped_and_said() {
+    const CLAMPED: &str = "parm u 0 0 0 0 0.5 0.75 0.75 0.75 0.75";
+    let clamped = BEYOND.replace("parm u 0.0 0.125 0.25 0.375 0.5 0.625 0.75 0.875 1.0", CLAMPED);
+    let even = [0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0];
+    let ends = [0.0, 0.0, 0.0, 0.0, 0.5, 0.75, 0.75, 0.75, 0.75];
+    let points = [[0.0, 0.0, 0.0], [1.0, 2.0, 0.0], [3.0, 1.0, 0.0], [4.0, 0.0, 0.0], [5.0, 2.0, 0.0]];
+    for (text, range, knots, domain) in [
+        (BEYOND, "0.5 2.0", even, (0.5, 0.625)),
+        (BEYOND, "-1 2.0", even, (0.375, 0.625)),
+        (BEYOND, "0.5 1.001", even, (0.5, 0.625)),
+        (BEYOND, "-5 0.5", even, (0.375, 0.5)),
+        (BEYOND, "-1e300 1e300", even, (0.375, 0.625)),
+        (BEYOND, "0.374999 0.625001", even, (0.375, 0.625)),
+        (&clamped, "-0.5 1.5", ends, (0.0, 0.75)),
+        (&clamped, "0 0.750000003", ends, (0.0, 0.75)),
+        (&clamped, "0.25 0.7500001", ends, (0.25, 0.75)),
+    ] {
+        let text = text.replace("curv 0.0 1.0", &format!("curv {range}"));
+        let (curve, said) = curve(&text);
+        assert_eq!(curve.domain(), domain, "{text}");
+        for k in 0..=20 {
+            let u = (domain.0 + (domain.1 - domain.0) * f64::from(k) / 20.0 * (1.0 - 1e-12)).max(domain.0);
+            let expected = de_boor(3, &knots, &points, u);
+            let found: [f64; 3] = curve.point(u).unwrap().into();
+            assert!(found.iter().zip(expected).all(|(x, y)| (x - y).abs() < 1e-11), "{u}: {text}");
+        }
+        let [reason] = &said[..] else { panic!("{said:?}: {text}") };
+        assert!(reason.contains("a curve") && reason.contains("clipped to that (line 8)"), "{reason}");
+    }
+}
+
+/// A bicubic surface of 4 × 4 vertices with even knots, as [`element`] has them, run over these ranges.
+fn patch(ranges: &str) -> String {
+    let mut text = String::new();
+    (0..16).for_each(|k| _ = writeln!(text, "v {} {} {}", k % 4, k / 4, (k * k) % 5));
+    let knots: String = (0..8).map(|k| format!(" {}", f64::from(k) / 8.0)).collect();
+    let all: String = (1..=16).map(|k| format!(" {k}")).collect();
+    format!("{text}cstype bspline\ndeg 3 3\nsurf {ranges}{all}\nparm u{knots}\nparm v{knots}\nend\n")
+}
+
+#[test]
+fn ranges_of_surfaces_are_clipped_and_said() {
+    let knots: Vec<f64> = (0..8).map(|k| f64::from(k) / 8.0).collect();
+    for (ranges, domain, clipped) in [
+        ("0 1 0 1", [0.375, 0.5, 0.375, 0.5], true),
+        ("0 0.45 0.375 0.5", [0.375, 0.45, 0.375, 0.5], true),
+        ("0.375 0.5 0.4 7", [0.375, 0.5, 0.4, 0.5], true),
+        ("0.375 0.5000001 0.375 0.5", [0.375, 0.5, 0.375, 0.5], true),
+        ("0.375 0.5 0.375 0.5", [0.375, 0.5, 0.375, 0.5], false),
+    ] {
+        let (scene, report) = read(&patch(ranges)).unwrap_or_else(|e| panic!("{ranges}: {e}"));
+        let Geometry::Surface(surface) = scene.objects()[0].geometry() else { panic!("{ranges}") };
+        let ((a, b), (c, d)) = (surface.u().domain(), surface.v().domain());
+        assert_eq!([a, b, c, d], domain, "{ranges}");
+        let said: Vec<String> = report.approximated.into_keys().collect();
+        assert_eq!(said.len(), usize::from(clipped), "{ranges}: {said:?}");
+        assert!(said.iter().all(|why| why.contains("a surface") && why.contains("(line 19)")), "{said:?}");
+        for k in 0..=10 {
+            let share = f64::from(k) / 10.0 * (1.0 - 1e-12);
+            let (u, v) = (a + (b - a) * share, d - (d - c) * (share + 1e-12));
+            let rows: Vec<[f64; 3]> = (0..4_u32)
+                .map(|j| {
+                    let row: Vec<_> =
+                        (4 * j..4 * j + 4).map(|k| [k % 4, k / 4, (k * k) % 5].map(f64::from)).collect();
+                    de_boor(3, &knots, &row, u)
+                })
+                .collect();
+            let expected = de_boor(3, &knots, &rows, v);
+            let found: [f64; 3] = surface.point(u, v).unwrap().into();
+            assert!(found.iter().zip(expected).all(|(x, y)| (x - y).abs() < 1e-11), "{u} {v}: {ranges}");
+        }
+    }
+    for (ranges, words) in [
+        ("1 2 0.375 0.5", "in u it runs from 1 to 2, but its knots define it from 0.375 to 0.5"),
+        ("0.375 0.5 0.5 0.375", "in v it runs backwards, from 0.5 to 0.375"),
+    ] {
+        let error = read(&patch(ranges)).map(|_| ()).unwrap_err();
+        assert!(error.contains(words) && error.contains("line 19"), "{error}");
+    }
+}
+
+/// What overlaps the domain by rounding, in one point or not at all is nothing.
+#[test]
+fn ranges_beyond_the_domain_and_backward_ones_are_left_out() {
+    for (range, words) in [
+        ("0.6 0.4", "it runs backwards, from 0.6 to 0.4: the smaller parameter comes first"),
+        ("1.0 0.0", "it runs backwards, from 1 to 0"),
+        ("5 6", "it runs from 5 to 6, but its knots define it from 0.375 to 0.625"),
+        ("0.625 1", "it runs from 0.625 to 1, but its"),
+        ("0.62499999999 1", "it runs from 0.62499999999 to 1, but its"),
+        ("0 0.375", "it runs from 0 to 0.375, but its"),
+        ("0.5 0.5", "it runs from 0.5 to 0.5, but its"),
+    ] {
+        let text = BEYOND.replace("curv 0.0 1.0", &format!("curv {range}"));
+        let error = read(&text).map(|_| ()).unwrap_err();
+        assert!(error.contains(words) && error.contains("line 8"), "{error}");
+        let (scene, report) = read(&format!("{text}p 1\n")).unwrap();
+        assert_eq!(scene.objects().len(), 1);
+        assert!(
+            report.left_out.keys().any(|why| why.contains(words) && why.contains("line 8")),
+            "{report:?}"
+        );
+    }
+}
+
 #[test]
 fn anything_more_is_still_refused() {
-    // Three too many; one too few; a range beyond all knots; one outside of the domain; beyond clamped ends.
+    // Three too many; one too few; a range outside of the domain.
     let (three, ..) = element(3, 6, 3, [0.0, 1.0]);
     let few = EXTRA.replace(" 0.75 1.0 1.0", " 1.0");
-    let far = BEYOND.replace("curv 0.0 1.0", "curv 0.0 1.5");
     let out = BEYOND.replace("curv 0.0 1.0", "curv 0.0 0.25");
-    let clamped = BEYOND.replace(
-        "parm u 0.0 0.125 0.25 0.375 0.5 0.625 0.75 0.875 1.0",
-        "parm u 0 0 0 0 0.5 0.75 0.75 0.75 0.75",
-    );
-    for (text, words) in [(three, "parm"), (few, "parm"), (far, "knots"), (out, "knots"), (clamped, "knots")]
-    {
+    for (text, words) in [(three, "parm"), (few, "parm"), (out, "knots")] {
         let error = read(&text).map(|_| ()).unwrap_err();
         assert!(error.contains(words), "{error}: {text}");
     }

@@ -55,9 +55,9 @@ impl Freeform {
             What::Surface { ranges, vertices } => {
                 let number = self.surfaces.len();
                 let mut mended = Mended::default();
-                let made = self.surface(&body, *ranges, vertices, raw).and_then(|(surface, wrapped)| {
-                    Ok((self.trimmed(surface, &body, raw, used, &mut mended)?, wrapped))
-                });
+                let made = self.surface(&body, *ranges, vertices, raw, &mut mended).and_then(
+                    |(surface, wrapped)| Ok((self.trimmed(surface, &body, raw, used, &mut mended)?, wrapped)),
+                );
                 self.surfaces.push(made.is_ok());
                 outcome(made, |(shape, wrapped)| {
                     used.vertices.extend(vertices);
@@ -95,7 +95,6 @@ impl Freeform {
         let mut mended = Mended::default();
         let mut direction = self.direction(body, 0, Some(vertices.len()), range);
         let needed = vertices.len() + direction.degree + 1;
-        let all = direction.parameters;
         if let (Kind::Bspline, Some(knots)) = (direction.kind, direction.parameters)
             && matches!(knots.len().checked_sub(needed), Some(1 | 2))
         {
@@ -106,13 +105,9 @@ impl Freeform {
         let points = vertices.iter().map(|&v| raw.points[v as usize]).collect();
         let weights = self.rational().then(|| vertices.iter().map(|&v| raw.weight(v)).collect());
         let (points, weights) = converted(&form, points, weights).map_err(stop)?;
-        let mut range = range;
-        if let Some(clipped) = clipped(&form.space, all, range) {
-            range = clipped;
-            mended.clipped = true;
-        }
-        let (from, to) = range;
-        let whole = whole(&form.space, range).map_err(|e| Stop::At(at(body.line, e)))?;
+        let Part { range: (from, to), whole, clipped } =
+            part(&form.space, range).map_err(|e| Stop::At(at(body.line, format!("it {e}"))))?;
+        mended.clipped = clipped;
         if whole && let Some(space) = around(&form.space) {
             let same =
                 |a: usize, b: usize| points[a] == points[b] && weights.as_ref().is_none_or(|w| w[a] == w[b]);
@@ -123,12 +118,11 @@ impl Freeform {
                 return Ok(Made { curve, wrapped: true, mended });
             }
         }
-        let (a, b) = form.space.domain();
         let curve = Curve::build(form.space, points, weights).map_err(|e| Stop::kernel(&e, body))?;
         if whole {
             return Ok(Made { curve, wrapped: false, mended });
         }
-        let curve = curve.between(from.max(a), to.min(b)).map_err(|e| Stop::kernel(&e, body))?;
+        let curve = curve.between(from, to).map_err(|e| Stop::kernel(&e, body))?;
         Ok(Made { curve, wrapped: false, mended })
     }
 
@@ -149,6 +143,7 @@ impl Freeform {
         ranges: [(f64, f64); 2],
         vertices: &[u32],
         raw: &Raw,
+        mended: &mut Mended,
     ) -> Result<(Surface, bool), Stop> {
         let stop = |side: usize| move |problem: Problem| Stop::new(problem, body, side);
         let total = vertices.len();
@@ -188,10 +183,13 @@ impl Freeform {
         let mut net = net.converted(&u, &v).map_err(stop(0))?;
         let mut wrapped = false;
         let mut spaces = [u.space, v.space];
-        let mut cut = [true; 2];
+        let mut cuts = [None; 2];
         for side in 0..2 {
-            cut[side] = !whole(&spaces[side], ranges[side]).map_err(|e| Stop::At(at(body.line, e)))?;
-            if let Some(space) = around(&spaces[side]).filter(|_| !cut[side])
+            let Part { range, whole, clipped } = part(&spaces[side], ranges[side])
+                .map_err(|e| Stop::At(at(body.line, format!("in {} it {e}", ["u", "v"][side]))))?;
+            mended.clipped_surface |= clipped;
+            cuts[side] = Some(range).filter(|_| !whole);
+            if let Some(space) = around(&spaces[side]).filter(|_| whole)
                 && let Some(turn) = turn(&space, spaces[side].unrolled_len(), |a, b| net.same(side, a, b))
             {
                 net = net.turned(side, &turn);
@@ -200,12 +198,10 @@ impl Freeform {
             }
         }
         let [u, v] = spaces;
-        let domains = [u.domain(), v.domain()];
         let mut surface =
             Surface::build(u, v, net.points, net.weights).map_err(|e| Stop::kernel(&e, body))?;
-        for (side, along) in [Along::U, Along::V].into_iter().enumerate() {
-            if cut[side] {
-                let (from, to) = (ranges[side].0.max(domains[side].0), ranges[side].1.min(domains[side].1));
+        for (along, cut) in [Along::U, Along::V].into_iter().zip(cuts) {
+            if let Some((from, to)) = cut {
                 surface = surface.between(along, from, to).map_err(|e| Stop::kernel(&e, body))?;
             }
         }
@@ -254,28 +250,30 @@ fn outcome<T>(made: Result<T, Stop>, kept: impl FnOnce(T) -> Outcome) -> Result<
     }
 }
 
-/// The part of a range in which a curve is defined, where the range ends between the knots of an end that is not clamped:
-/// so some exporters write the range of all the knots of the file for the curve's. `None` where there is nothing to clip, or
-/// nothing would be left.
-fn clipped(space: &Space, all: Option<&[f64]>, (from, to): (f64, f64)) -> Option<(f64, f64)> {
-    let (a, b) = space.domain();
-    let slack = SLACK * (b - a);
-    let all = all?;
-    let (first, last) = (all.first()?, all.last()?);
-    let beyond = from < a - slack || to > b + slack;
-    let among = from >= first - slack && to <= last + slack;
-    let part = (from.max(a), to.min(b));
-    (beyond && among && part.0 < part.1).then_some(part)
+/// Where an element runs.
+struct Part {
+    range: (f64, f64),
+    /// Whether that is all of what its knots define.
+    whole: bool,
+    /// Whether the file has it run beyond.
+    clipped: bool,
 }
 
-/// Whether a range is the whole domain.
-fn whole(space: &Space, (from, to): (f64, f64)) -> Result<bool, String> {
+/// The part of a range in which an element is defined: some exporters write the range of all the knots of the file, others round it
+/// otherwise than the knots, and what overlaps is meant either way. An error where it runs backwards, or does not overlap by more than
+/// rounding.
+fn part(space: &Space, (from, to): (f64, f64)) -> Result<Part, String> {
     let (a, b) = space.domain();
     let slack = SLACK * (b - a);
-    if !(from < to && from >= a - slack && to <= b + slack) {
-        return Err(format!("it runs from {from} to {to}, but its knots define it from {a} to {b}"));
+    if from > to {
+        return Err(format!("runs backwards, from {from} to {to}: the smaller parameter comes first"));
     }
-    Ok(from <= a + slack && to >= b - slack)
+    let range = (from.max(a), to.min(b));
+    let clipped = from < a - slack || to > b + slack;
+    if from == to || range.1 - range.0 <= if clipped { slack } else { 0.0 } {
+        return Err(format!("runs from {from} to {to}, but its knots define it from {a} to {b}"));
+    }
+    Ok(Part { range, whole: from <= a + slack && to >= b - slack, clipped })
 }
 
 type Weighted = (Vec<Point>, Option<Vec<f64>>);

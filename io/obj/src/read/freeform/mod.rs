@@ -68,8 +68,10 @@ struct Body {
 /// What of a curve was read otherwise than the file has it, as some exporters get it wrong.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Mended {
-    /// Its range is that of knots which do not define it.
+    /// The range of a curve goes beyond what its knots define.
     clipped: bool,
+    /// That of a surface does.
+    clipped_surface: bool,
     /// It has one or two knots too many.
     dropped: bool,
     /// A loop uses a curve backwards.
@@ -80,9 +82,16 @@ impl Mended {
     /// In words; `None` where nothing was.
     pub(crate) fn reason(self) -> Option<String> {
         let clipped = "a curve that runs beyond what its knots define: its range was clipped to that";
+        let clipped_surface =
+            "a surface that runs beyond what its knots define: its range was clipped to that";
         let dropped = "a B-spline curve with one or two values of parm too many: the last were dropped";
         let turned = "a loop that runs backwards along one of its curves: that curve was turned round";
-        let all = [(self.dropped, dropped), (self.clipped, clipped), (self.turned, turned)];
+        let all = [
+            (self.dropped, dropped),
+            (self.clipped, clipped),
+            (self.clipped_surface, clipped_surface),
+            (self.turned, turned),
+        ];
         let said: Vec<&str> = all.iter().filter(|(done, _)| *done).map(|(_, words)| *words).collect();
         (!said.is_empty()).then(|| said.join("; "))
     }
