@@ -56,7 +56,7 @@ pub(crate) fn welded(cage: &Cage, frames: &[LimitFrame], size: f64) -> Result<Me
 }
 
 /// The first of a vertex's group.
-fn root(group: &mut [usize], mut vertex: usize) -> usize {
+pub(crate) fn root(group: &mut [usize], mut vertex: usize) -> usize {
     while group[vertex] != vertex {
         group[vertex] = group[group[vertex]];
         vertex = group[vertex];
