@@ -16,7 +16,7 @@ use crate::carry::Carried;
 use crate::doo_sabin::DooSabinSurface;
 use crate::said::Once;
 use crate::used::used;
-use crate::weld::welded;
+use crate::weld::{welded, welded_by};
 use crate::{
     BoundaryRule, Cage, LimitFrame, Polygon, Scheme, SubdivisionError, SubdivisionSurface, catmull_clark,
     doo_sabin,
@@ -359,6 +359,11 @@ fn by_doo_sabin(cage: &Cage, levels: usize, limit: bool) -> Result<Mesh, Operati
         .map(|v| topology.vertex_faces(v).map(|f| f as usize).collect::<Vec<_>>())
         .filter(|face| face.len() > 2 && face.iter().all(|f| !fine.is_hole(*f)))
         .collect();
+    if fine.has_end_intervals() {
+        let size = cage.points().iter().fold(0.0, |most: f64, p| most.max(p.coords.amax()));
+        let pairs = doo_sabin::double_knots(&fine);
+        return Ok(welded_by(&frames, pairs.into_iter(), faces.into_iter(), size)?);
+    }
     let points = frames.iter().map(|frame| frame.point).collect();
     let mut mesh = Mesh::new(points, &faces)?;
     put_at(&mut mesh, &frames);

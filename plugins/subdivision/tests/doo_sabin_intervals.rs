@@ -179,6 +179,44 @@ fn levels_stay_on_the_spline_at_double_knots() {
     }
 }
 
+/// A mesh of limits has one point where zero intervals bring several together, and no face without an extent.
+#[test]
+fn a_mesh_of_limits_has_no_double_points() {
+    use loftsman_kernel::mesh::Mesh;
+    use loftsman_kernel::plugin::{Context, Parameters, Registry};
+    use loftsman_kernel::scene::{Geometry, Object, Scene};
+    let (mut rows, mut columns) = (stirred(5, 7), stirred(6, 8));
+    (rows[2], columns[3]) = (0.0, 0.0);
+    let (cage, _) = quadratic_torus(&rows, &columns);
+    let topology = cage.topology();
+    let intervals: Vec<serde_json::Value> = (0..topology.edge_count())
+        .flat_map(|e| {
+            let ([a, b], [d, c]) = (topology.edge(e).unwrap(), cage.end_interval(e));
+            [serde_json::json!([a, b, d]), serde_json::json!([b, a, c])]
+        })
+        .collect();
+    let mut registry = Registry::new();
+    registry.add(&loftsman_subdivision::Subdivision);
+    for levels in 0..3 {
+        let mut scene = Scene::new();
+        scene.add(Object::new("torus", cage.to_mesh().unwrap().into())).unwrap();
+        let fields = serde_json::json!({
+            "scheme": "doo-sabin", "levels": levels, "limit": true, "intervals": intervals.clone()
+        });
+        let operation = registry.find_operation("subdivide", "step[0]").unwrap();
+        let parameters = Parameters::new(fields, "step[0]").unwrap();
+        operation.apply(&mut scene, &parameters, &Context::quiet(&registry)).unwrap();
+        let Geometry::Mesh(mesh) = scene.object("torus").unwrap().geometry() else { panic!("a mesh") };
+        let mesh: &Mesh = mesh;
+        // As a torus of a row and a column less.
+        let count = (4 << levels) * (5 << levels);
+        assert_eq!((mesh.points().len(), mesh.face_count()), (count, count), "{levels}");
+        for (k, p) in mesh.points().iter().enumerate() {
+            assert!(mesh.points()[..k].iter().all(|q| (p - q).norm() > 1e-6));
+        }
+    }
+}
+
 /// Equal intervals, however large, are none, to the last bit; and far from those that differ there is nothing of them.
 #[test]
 fn equal_intervals_are_none() {

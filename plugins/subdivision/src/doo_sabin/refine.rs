@@ -160,6 +160,24 @@ pub(super) fn intervals(cage: &Cage, half: u32) -> [f64; 2] {
     [at_start(half, true), at_start(topology.previous(half), false)]
 }
 
+/// Faces of which the limits are in one place, two by two: those at the edge between two vertices without an interval across it, on either side.
+pub(crate) fn double_knots(cage: &Cage) -> Vec<[usize; 2]> {
+    let topology = cage.topology();
+    let mut all = Vec::new();
+    for edge in 0..topology.edge_count() {
+        let [one, other] = topology.halves(edge);
+        if other == NONE {
+            continue;
+        }
+        // Away from the edge: in the face of each half-edge at its start, and at its end.
+        let away = |h: u32| [intervals(cage, h)[1], intervals(cage, topology.next(h))[0]];
+        if [one, other].into_iter().flat_map(away).all(|d| d <= 0.0) {
+            all.push([one, other].map(|h| topology.face_of(h) as usize));
+        }
+    }
+    all
+}
+
 /// The weights of a face by intervals; `None` where it is uniform.
 fn weights(cage: &Cage, face: usize) -> Option<Weights> {
     if !cage.has_end_intervals() {
