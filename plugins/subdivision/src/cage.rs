@@ -3,7 +3,7 @@
 mod build;
 mod degenerate;
 
-pub(crate) use build::{between, checked_interval, present};
+pub(crate) use build::{between, checked_interval, end, present};
 
 use std::sync::Arc;
 

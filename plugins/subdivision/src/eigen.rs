@@ -40,6 +40,15 @@ pub(crate) fn position(matrix: &Matrix) -> Option<Vec<f64>> {
     None
 }
 
+/// A plane that stays under multiplication.
+#[derive(Debug)]
+pub(crate) struct Plane {
+    /// Two orthonormal rows, which measure coordinates in it.
+    pub(crate) rows: [Vec<f64>; 2],
+    /// Places whose coordinates these are, for each of what is multiplied: but for what vanishes faster, it is `position + places · rows`.
+    pub(crate) places: [Vec<f64>; 2],
+}
+
 /// Two orthonormal rows whose plane stays under multiplication, found from a plane to start from: that of the two largest eigenvalues
 /// below one. `area` is what the points of the limit enclose in coordinates that are given for each, counterclockwise positive; by it
 /// the second row is to the left of the first.
@@ -49,6 +58,16 @@ pub(crate) fn invariant(
     start: [Vec<f64>; 2],
     area: impl Fn(&[Vec<f64>; 2]) -> f64,
 ) -> Option<[Vec<f64>; 2]> {
+    plane(matrix, position, start, area).map(|plane| plane.rows)
+}
+
+/// The same, with the places that these rows measure.
+pub(crate) fn plane(
+    matrix: &Matrix,
+    position: &[f64],
+    start: [Vec<f64>; 2],
+    area: impl Fn(&[Vec<f64>; 2]) -> f64,
+) -> Option<Plane> {
     let mut rows = settle(start, |row| without(times(row, matrix), position))?;
     let columns = settle(rows.clone(), |column| {
         let image = matrix.iter().map(|row| row.iter().map(|&(k, c)| c * column[k as usize]).sum());
@@ -63,10 +82,18 @@ pub(crate) fn invariant(
     if turned == 0.0 || !turned.is_finite() {
         return None;
     }
+    let inverse = [[by(1, 1), -by(0, 1)], [-by(1, 0), by(0, 0)]].map(|row| row.map(|c| c / determinant));
+    let place = |k: usize| {
+        let each = columns[0].iter().zip(&columns[1]);
+        each.map(|(a, b)| a * inverse[0][k] + b * inverse[1][k]).collect::<Vec<f64>>()
+    };
+    let mut places = [place(0), place(1)];
     if turned < 0.0 {
-        rows[1].iter_mut().for_each(|c| *c = -*c);
+        for row in [&mut rows[1], &mut places[1]] {
+            row.iter_mut().for_each(|c| *c = -*c);
+        }
     }
-    Some(rows)
+    Some(Plane { rows, places })
 }
 
 /// Multiplies a plane until it stays.

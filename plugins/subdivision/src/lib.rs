@@ -30,6 +30,7 @@ pub mod doo_sabin;
 mod eigen;
 mod error;
 mod frame;
+mod leading;
 mod natural;
 mod operation;
 mod part;

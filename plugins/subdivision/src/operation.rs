@@ -16,7 +16,7 @@ use crate::carry::Carried;
 use crate::doo_sabin::DooSabinSurface;
 use crate::said::Once;
 use crate::used::used;
-use crate::weld::welded;
+use crate::weld::{welded, welded_by};
 use crate::{
     BoundaryRule, Cage, LimitFrame, Polygon, Scheme, SubdivisionError, SubdivisionSurface, catmull_clark,
     doo_sabin,
@@ -74,7 +74,8 @@ const FIELDS: [Field; 12] = [
         "intervals",
         "[number, …] | [[vertex, vertex, number], …]",
         "1 each",
-        "knot intervals: of a polyline one a span, of a mesh those of some edges",
+        "knot intervals: of a polyline one a span, of a mesh those of some edges; with Doo-Sabin those that the first vertex has towards the \
+         second",
     ),
     Field::optional(
         "alpha",
@@ -183,11 +184,11 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
         let problem = "refines polylines, and this is a mesh: \"catmull-clark\" or \"doo-sabin\"";
         return Err(parameters.error("scheme", problem).into());
     };
-    let of_edges = ["creases", "corners", "intervals", "boundary"];
+    let of_edges = ["creases", "corners", "boundary"];
     if let Some(name) = of_edges.into_iter().find(|name| !smooth && parameters.has(name)) {
         return Err(parameters.error(name, "is for scheme = \"catmull-clark\": Doo-Sabin has none").into());
     }
-    let cage = cage(parameters, mesh)?;
+    let cage = cage(parameters, mesh, smooth)?;
     let pairs = coincident(&cage);
     if let Some(name) = ["alpha", "lock"].into_iter().find(|name| smooth && parameters.has(name)) {
         return Err(parameters
@@ -358,6 +359,11 @@ fn by_doo_sabin(cage: &Cage, levels: usize, limit: bool) -> Result<Mesh, Operati
         .map(|v| topology.vertex_faces(v).map(|f| f as usize).collect::<Vec<_>>())
         .filter(|face| face.len() > 2 && face.iter().all(|f| !fine.is_hole(*f)))
         .collect();
+    if fine.has_end_intervals() {
+        let size = cage.points().iter().fold(0.0, |most: f64, p| most.max(p.coords.amax()));
+        let pairs = doo_sabin::double_knots(&fine);
+        return Ok(welded_by(&frames, pairs.into_iter(), faces.into_iter(), size)?);
+    }
     let points = frames.iter().map(|frame| frame.point).collect();
     let mut mesh = Mesh::new(points, &faces)?;
     put_at(&mut mesh, &frames);
@@ -383,8 +389,9 @@ fn check_size(parameters: &Parameters, levels: usize, count: f64, what: &str) ->
     Ok(())
 }
 
-/// The mesh as a control cage, with what the fields say of its edges, vertices and faces.
-fn cage(parameters: &Parameters, mesh: &Mesh) -> Result<Cage, OperationError> {
+/// The mesh as a control cage, with what the fields say of its edges, vertices and faces. Intervals belong to edges, or, where it is not to be
+/// `smooth` as Catmull and Clark's, to their ends.
+fn cage(parameters: &Parameters, mesh: &Mesh, smooth: bool) -> Result<Cage, OperationError> {
     const RULES: [(&str, BoundaryRule); 2] =
         [("edge-and-corner", BoundaryRule::EdgeAndCorner), ("edge-only", BoundaryRule::EdgeOnly)];
     let mut cage = Cage::from_mesh(mesh)?;
@@ -405,10 +412,16 @@ fn cage(parameters: &Parameters, mesh: &Mesh) -> Result<Cage, OperationError> {
         cage = cage.with_corner(vertex, sharpness).map_err(|error| said(error, "corners"))?;
     }
     let mut once = Once::new("interval");
-    for [from, to, interval] in lists(parameters, "intervals")? {
+    for (k, [from, to, interval]) in lists(parameters, "intervals")?.into_iter().enumerate() {
         let (from, to) = (index(parameters, "intervals", from)?, index(parameters, "intervals", to)?);
-        once.say(&[from, to], interval).map_err(|error| said(error, "intervals"))?;
-        cage = cage.with_interval(from, to, interval).map_err(|error| said(error, "intervals"))?;
+        let name = format!("intervals[{k}]");
+        if smooth {
+            once.say(&[from, to], interval).map_err(|error| said(error, &name))?;
+            cage = cage.with_interval(from, to, interval).map_err(|error| said(error, &name))?;
+        } else {
+            once.say_towards(from, to, interval).map_err(|error| said(error, &name))?;
+            cage = cage.with_end_interval(from, to, interval).map_err(|error| said(error, &name))?;
+        }
     }
     if parameters.has("holes") {
         for face in parameters.numbers("holes")? {

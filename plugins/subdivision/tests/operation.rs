@@ -71,7 +71,7 @@ fn tuned_forms_are_closed_far_away_and_small() {
         assert!(mesh.starts().windows(2).all(|face| face[1] - face[0] == 4), "{far} {alpha}");
     }
     let error = |fields: Value| run(&mut scene(), fields).unwrap_err().to_string();
-    for name in ["creases", "corners", "intervals"] {
+    for name in ["creases", "corners"] {
         let mut fields = json!({ "object": "cube", "scheme": "doo-sabin" });
         fields[name] = json!([[0, 1, 2]]);
         assert!(error(fields).contains("Doo-Sabin has none"));
@@ -354,6 +354,68 @@ fn a_doo_sabin_surface_is_a_shape() {
     assert!(refused(tuned).contains("alpha"));
     let levels = json!({ "object": "cube", "scheme": "doo-sabin", "surface": true, "levels": 2 });
     assert!(refused(levels).contains("levels"));
+}
+
+/// By knot intervals of vertices towards others, as `levels`, with `limit` and as a surface.
+#[test]
+fn doo_sabin_by_intervals() {
+    let fields = |more: Value| {
+        let mut all = json!({ "object": "cube", "scheme": "doo-sabin" });
+        more.as_object().unwrap().iter().for_each(|(name, value)| all[name] = value.clone());
+        all
+    };
+    let plain = mesh(fields(json!({})));
+    let edges: Vec<[usize; 2]> = CUBE.iter().flat_map(|f| (0..4).map(|k| [f[k], f[(k + 1) % 4]])).collect();
+    // All alike are none.
+    let alike: Vec<Value> = edges.iter().map(|[a, b]| json!([a, b, 2.5])).collect();
+    let same = mesh(fields(json!({ "intervals": alike.clone() })));
+    assert!(same.points().iter().zip(plain.points()).all(|(p, q)| (p - q).norm() < 1e-15));
+    // Upwards and downwards, on all sides the same, others than along the rest.
+    let upright = |a: usize, b: usize| a ^ b == 4;
+    let rows: Vec<Value> =
+        edges.iter().map(|&[a, b]| json!([a, b, if upright(a, b) && a < 4 { 0.25 } else { 1.0 }])).collect();
+    let fine = mesh(fields(json!({ "intervals": rows.clone() })));
+    assert_eq!(characteristic(&fine), 2);
+    // A corner of a side: by 1/8 of the way across, and 1/20 up where the interval is 1/4, 2/5 down where it is 1.
+    let near = |p: Point| fine.points().iter().map(|q| (p - q).norm()).fold(f64::MAX, f64::min);
+    assert!(near(Point::new(0.25, 0.0, 0.1)) < 1e-15 && near(Point::new(0.25, 0.0, 0.6)) < 1e-15);
+    let limit = mesh(fields(json!({ "intervals": rows.clone(), "levels": 2, "limit": true })));
+    assert_eq!(characteristic(&limit), 2);
+    let Geometry::Custom(surface) = done(fields(json!({ "intervals": rows, "surface": true }))) else {
+        panic!("a shape")
+    };
+    let shape = surface.shape().unwrap();
+    // The middle of a side, where the knots cross: 1/5 of the way up.
+    let middle = shape.value(Location::Face(8, 0.0, 0.0), Derivative::POSITION).unwrap();
+    assert!((middle - Point::new(0.5, 0.0, 0.2).coords).norm() < 1e-15, "{middle}");
+    let at = |v: u32| shape.value(Location::Vertex(v), Derivative::POSITION).unwrap();
+    assert!(limit.points().iter().any(|p| (p.coords - at(0)).norm() < 1e-14), "the same limit");
+
+    let refused = |more: Value| run(&mut scene(), fields(more)).unwrap_err().to_string();
+    for surface in [false, true] {
+        for (intervals, place, words) in [
+            (
+                json!([[0, 1, 1], [0, 1, 2]]),
+                "step[0].intervals[1]",
+                "vertex 0 towards 1 is said twice, as 1 and as 2",
+            ),
+            (json!([[0, 7, 1]]), "step[0].intervals[0]", "no edge between vertices 0 and 7"),
+            (json!([[0, 1, 1], [1, 3, -2]]), "step[0].intervals[1]", "vertex 1 towards 3 is -2"),
+            (json!([[0, 1, 1e-300]]), "step[0].intervals[0]", "vertex 0 towards 1"),
+            (json!([[0, 1]]), "intervals[0]", "3 numbers"),
+            (json!([[0, 8, 1]]), "step[0].intervals[0]", "8"),
+        ] {
+            let error = refused(json!({ "intervals": intervals, "surface": surface }));
+            assert!(error.contains(place) && error.contains(words), "{error}");
+        }
+        // The other way it is another.
+        let both = json!({ "intervals": [[0, 1, 2], [1, 0, 3]] });
+        assert!(surface || run(&mut scene(), fields(both)).is_ok());
+    }
+    let error = refused(json!({ "intervals": [[0, 1, 2]], "surface": true }));
+    assert!(error.contains("face ") && error.contains("limit = true"), "{error}");
+    let error = refused(json!({ "intervals": [[0, 1, 2]], "alpha": 1.5 }));
+    assert!(error.contains("edge between vertices 1 and 0") && error.contains("intervals"), "{error}");
 }
 
 /// A surface becomes a group of splines that hang under it; where that fails, nothing has changed.

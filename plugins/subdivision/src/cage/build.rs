@@ -129,8 +129,7 @@ impl Cage {
         let edge = self.edge_between(at, towards)?;
         self.end_intervals.resize(self.topology.edge_count(), [1.0; 2]);
         let end = usize::from(self.topology.ends(edge)[0] as usize != at);
-        let place = || format!("vertex {at} towards {towards}");
-        self.end_intervals[edge][end] = checked_interval(place, interval)?;
+        self.end_intervals[edge][end] = checked_interval(|| self::end(at, towards), interval)?;
         Ok(self)
     }
 
@@ -142,6 +141,11 @@ impl Cage {
 /// An edge, for messages.
 pub(crate) fn between(from: usize, to: usize) -> String {
     format!("the edge between vertices {from} and {to}")
+}
+
+/// A vertex in the direction of one of its edges, for messages.
+pub(crate) fn end(at: usize, towards: usize) -> String {
+    format!("vertex {at} towards {towards}")
 }
 
 /// Whether there is such a thing.

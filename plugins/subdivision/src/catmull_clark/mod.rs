@@ -4,7 +4,6 @@
 //! Clark (1978); both with the creases of DeRose, Kass and Truong (1998), edge children having one less sharpness (OpenSubdiv's
 //! `CREASE_UNIFORM`).
 
-mod leading;
 mod limit;
 mod masks;
 mod patch;

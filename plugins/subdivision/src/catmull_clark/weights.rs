@@ -2,9 +2,9 @@
 
 use smallvec::SmallVec;
 
-use super::leading::Leading;
 use super::rules::{Kind, VertexRule, kind, vertex_rule};
 use crate::cage::Cage;
+use crate::leading::Leading;
 use crate::row::{Row, Sum};
 
 /// The weights of one refinement of a cage.

@@ -6,7 +6,7 @@ use loftsman_kernel::{Point, Vector, parallel};
 
 use super::refine::{matrix, waves};
 use crate::cage::{Cage, present};
-use crate::eigen::{self, Matrix};
+use crate::eigen::{self, Matrix, Plane};
 use crate::error::{Result, SubdivisionError};
 use crate::frame::{LimitFrame, LimitStencils};
 use crate::row::Row;
@@ -72,22 +72,27 @@ type Rows = (Vec<f64>, Option<[Vec<f64>; 2]>);
 /// By intervals. They are halved alike at every level, so that the matrix stays the same.
 fn uneven(cage: &Cage, face: usize) -> Result<Rows> {
     let matrix: Matrix = matrix(cage, face);
-    let n = matrix.len();
     let position = eigen::position(&matrix).ok_or_else(|| {
         let problem = "comes to no point by its intervals: bring them nearer to each other".to_owned();
         SubdivisionError::Face { face, problem }
     })?;
+    let tangents = plane(&matrix, &position).map(|plane| plane.rows);
+    Ok((position, tangents))
+}
+
+/// The tangent plane of a face that is refined by a matrix, with the places of its corners in it, where there is one.
+pub(super) fn plane(matrix: &Matrix, position: &[f64]) -> Option<Plane> {
+    let n = matrix.len();
     let wave = |of: fn(f64) -> f64| (0..n).map(|i| of(TAU * i as f64 / n as f64)).collect();
     let area = |columns: &[Vec<f64>; 2]| {
         let at = |k: usize| [columns[0][k % n], columns[1][k % n]];
         (0..n).map(|k| at(k)[0] * at(k + 1)[1] - at(k)[1] * at(k + 1)[0]).sum()
     };
-    let tangents = eigen::invariant(&matrix, &position, [wave(f64::cos), wave(f64::sin)], area);
-    Ok((position, tangents))
+    eigen::plane(matrix, position, [wave(f64::cos), wave(f64::sin)], area)
 }
 
 /// Whether there are no intervals, or all are the same.
-fn is_uniform(cage: &Cage) -> bool {
+pub(super) fn is_uniform(cage: &Cage) -> bool {
     cage.end_intervals
         .first()
         .is_none_or(|&[first, _]| cage.end_intervals.iter().all(|&ends| ends == [first; 2]))
@@ -95,15 +100,12 @@ fn is_uniform(cage: &Cage) -> bool {
 
 /// Whether the scheme is uniform: no intervals, or all the same.
 pub(super) fn check_uniform(cage: &Cage) -> Result<()> {
-    check_same(cage, "a bicubic cage is known where all are equal; leave intervals out")
-}
-
-/// The same, with what there is to say of a cage where it is not.
-pub(super) fn check_same(cage: &Cage, where_not: &str) -> Result<()> {
     let Some(&[first, _]) = cage.end_intervals.first() else { return Ok(()) };
     let Some(edge) = cage.end_intervals.iter().position(|&ends| ends != [first; 2]) else { return Ok(()) };
     let [from, to] = cage.topology.ends(edge).map(|v| v as usize);
     let [a, b] = cage.end_intervals[edge];
-    let problem = format!("has the intervals {a} and {b}, others {first}: {where_not}");
+    let problem = format!(
+        "has the intervals {a} and {b}, others {first}: a bicubic cage is known where all are equal; leave intervals out"
+    );
     Err(SubdivisionError::Edge { from, to, problem })
 }

@@ -11,6 +11,7 @@ mod tune;
 
 pub use elevate::elevated;
 pub use limit::{limit_frames, limit_stencils};
+pub(crate) use refine::double_knots;
 pub use refine::{refine, refine_times, stencil};
 pub use surface::DooSabinSurface;
 pub use tune::{FineTune, Tuned};

@@ -8,6 +8,7 @@ use loftsman_kernel::{Point, Vector, parallel};
 use crate::cage::{Cage, present};
 use crate::eigen::Matrix;
 use crate::error::Result;
+use crate::leading::Leading;
 use crate::row::Row;
 use crate::topology::{NONE, Topology};
 
@@ -17,7 +18,8 @@ use crate::topology::{NONE, Topology};
 /// Doo and Sabin (1978): a corner becomes `(n + 5)/(4n)` of itself and `(3 + 2 cos(2π j/n))/(4n)` of the corner `j` places on. With end
 /// intervals, Sederberg, Zheng, Sewell and Sabin (1998, section 3): `(P_i + V)/2 + c_i/(4 T) Σ_j (1 + 2 cos(2π (i-j)/n)) (P_j - P_i)` with
 /// `V = Σ w_i P_i / T`, `w_i` the product of the intervals of the two neighbours towards `P_i`, `T = Σ w_i`, and `c_i` that of its own
-/// two in the face; intervals are halved. Faces whose `T` is zero are refined uniformly. A hole's own face is a hole. Cost: linear.
+/// two in the face; intervals are halved. Where `T` is zero, the zeros are one small number that goes to zero, so that a vertex without an
+/// interval is a double knot, and two of them beside each other a triple one. A hole's own face is a hole. Cost: linear.
 ///
 /// # Errors
 /// When 32 bits cannot count what would be there.
@@ -109,11 +111,38 @@ pub(super) fn matrix(cage: &Cage, face: usize) -> Matrix {
 }
 
 /// What intervals make of a face.
-struct Weights {
+pub(super) struct Weights {
     /// The weight of each corner in the middle.
     middle: Vec<f64>,
     /// How much of the wave each corner has, `c_i / (4 T)`.
     wave: Vec<f64>,
+}
+
+impl Weights {
+    /// Of a face whose corners have these intervals, along the edge that follows and along the one before. `None` where a corner would have
+    /// more of the wave than there is a number for: of five sides and more, where zeros leave `T` smaller than `c_i` beyond measure.
+    pub(super) fn new(own: &[[f64; 2]]) -> Option<Self> {
+        let n = own.len();
+        let towards = |i: usize| [own[(i + n - 1) % n][0], own[(i + 1) % n][1]];
+        let total: f64 = (0..n).map(|i| towards(i)[0] * towards(i)[1]).sum();
+        if total > 0.0 {
+            return Some(Self {
+                middle: (0..n).map(|i| towards(i)[0] * towards(i)[1] / total).collect(),
+                wave: own.iter().map(|[a, b]| a * b / (4.0 * total)).collect(),
+            });
+        }
+        let product = |[a, b]: [f64; 2]| Leading::new(a, 1.0) * Leading::new(b, 1.0);
+        let middle: Vec<Leading> = (0..n).map(|i| product(towards(i))).collect();
+        let own: Vec<Leading> = own.iter().map(|own| product(*own)).collect();
+        let wave = Leading::over(&own, &middle)?;
+        Some(Self { middle: Leading::shares(&middle), wave: wave.into_iter().map(|c| 0.25 * c).collect() })
+    }
+
+    /// The rows of all corners.
+    pub(super) fn matrix(&self) -> Matrix {
+        let n = self.middle.len();
+        (0..n).map(|at| corner_row(Some(self), at, n)).collect()
+    }
 }
 
 /// How much of the wave a corner has: `1/(4n)` of a uniform face.
@@ -122,7 +151,7 @@ fn share(weights: Option<&Weights>, corner: usize, n: usize) -> f64 {
 }
 
 /// The intervals that the vertex of a corner has along the edge that follows, and along the one before.
-fn intervals(cage: &Cage, half: u32) -> [f64; 2] {
+pub(super) fn intervals(cage: &Cage, half: u32) -> [f64; 2] {
     let topology = cage.topology();
     let at_start = |half: u32, start: bool| {
         let edge = topology.edge_of(half) as usize;
@@ -131,19 +160,31 @@ fn intervals(cage: &Cage, half: u32) -> [f64; 2] {
     [at_start(half, true), at_start(topology.previous(half), false)]
 }
 
+/// Faces of which the limits are in one place, two by two: those at the edge between two vertices without an interval across it, on either side.
+pub(crate) fn double_knots(cage: &Cage) -> Vec<[usize; 2]> {
+    let topology = cage.topology();
+    let mut all = Vec::new();
+    for edge in 0..topology.edge_count() {
+        let [one, other] = topology.halves(edge);
+        if other == NONE {
+            continue;
+        }
+        // Away from the edge: in the face of each half-edge at its start, and at its end.
+        let away = |h: u32| [intervals(cage, h)[1], intervals(cage, topology.next(h))[0]];
+        if [one, other].into_iter().flat_map(away).all(|d| d <= 0.0) {
+            all.push([one, other].map(|h| topology.face_of(h) as usize));
+        }
+    }
+    all
+}
+
 /// The weights of a face by intervals; `None` where it is uniform.
 fn weights(cage: &Cage, face: usize) -> Option<Weights> {
     if !cage.has_end_intervals() {
         return None;
     }
     let own: Vec<[f64; 2]> = cage.topology().face_corners(face).map(|h| intervals(cage, h as u32)).collect();
-    let n = own.len();
-    let towards = |i: usize| own[(i + n - 1) % n][0] * own[(i + 1) % n][1];
-    let total: f64 = (0..n).map(towards).sum();
-    (total > 0.0).then(|| Weights {
-        middle: (0..n).map(|i| towards(i) / total).collect(),
-        wave: own.iter().map(|[a, b]| a * b / (4.0 * total)).collect(),
-    })
+    Weights::new(&own)
 }
 
 /// The new points of a face's corners. `Σ_j cos(2π (i-j)/n) P_j` is taken apart into a sum of cosines and one of sines, so that the cost

@@ -155,9 +155,9 @@ pub(crate) fn indices(fields: &Parameters, place: &str, value: &Value) -> Result
 }
 
 /// Of each row of a field its place, its indices and the number that follows them; none where the field is left out.
-type Sharp<const N: usize> = (String, [usize; N], f64);
+pub(crate) type Sharp<const N: usize> = (String, [usize; N], f64);
 
-fn rows<const N: usize>(fields: &Parameters, name: &str) -> Result<Vec<Sharp<N>>, ParameterError> {
+pub(crate) fn rows<const N: usize>(fields: &Parameters, name: &str) -> Result<Vec<Sharp<N>>, ParameterError> {
     if !fields.has(name) {
         return Ok(Vec::new());
     }

@@ -44,6 +44,7 @@ pub use left_out::LeftOut;
 pub use patches::Patches;
 
 use layout::Layout;
+pub(crate) use spans::same;
 
 /// Levels below the last on which anything is sharp to a finite degree, down to which there are cells.
 const DEPTH: u32 = 8;

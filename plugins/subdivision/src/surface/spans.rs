@@ -34,7 +34,7 @@ impl Spans {
 }
 
 /// Whether two intervals are equal but for rounding.
-pub(super) fn same(a: f64, b: f64) -> bool {
+pub(crate) fn same(a: f64, b: f64) -> bool {
     (a - b).abs() <= SAME * a.max(b)
 }
 

@@ -194,3 +194,63 @@ pub(crate) fn torus(rows: &[f64], columns: &[f64]) -> (Cage, Surface) {
     let spline = Surface::new(space(rows), space(columns), cage.points().to_vec()).unwrap();
     (cage, spline)
 }
+
+/// A torus by end intervals, one for each row and column, and its biquadratic spline.
+pub(crate) fn quadratic_torus(rows: &[f64], columns: &[f64]) -> (Cage, Surface) {
+    let (r, c) = (rows.len(), columns.len());
+    let mut cage = grid(r, c, [true, true], 0.4);
+    let at = |i: usize, j: usize| i % r * c + j % c;
+    for i in 0..r {
+        for j in 0..c {
+            for (next, interval) in [
+                (at(i + 1, j), rows[i]),
+                (at(i + r - 1, j), rows[i]),
+                (at(i, j + 1), columns[j]),
+                (at(i, j + c - 1), columns[j]),
+            ] {
+                cage = cage.with_end_interval(at(i, j), next, interval).unwrap();
+            }
+        }
+    }
+    let space = |d: &[f64]| {
+        let n = d.len();
+        // Span j is the interval of the vertex whose support starts one knot before.
+        let mut knots = vec![0.0];
+        (0..n).for_each(|j| knots.push(knots[j] + d[(j + n - 1) % n]));
+        Space::periodic(2, knots).unwrap()
+    };
+    let spline = Surface::new(space(rows), space(columns), cage.points().to_vec()).unwrap();
+    (cage, spline)
+}
+
+/// The end intervals of a cage that are all along a row of faces the same: in each face, away from an edge, those of its ends. `interval` says that
+/// of a row by its number.
+pub(crate) fn rowed(cage: &Cage, interval: impl Fn(u64) -> f64) -> Cage {
+    let topology = cage.topology();
+    let ends = 2 * topology.edge_count();
+    let end = |from: u32, to: u32| {
+        let edge = topology.edge_between(from as usize, to as usize).unwrap();
+        2 * edge + usize::from(topology.edge(edge).unwrap()[0] != from)
+    };
+    let mut row: Vec<usize> = (0..ends).collect();
+    fn root(row: &[usize], mut k: usize) -> usize {
+        while row[k] != k {
+            k = row[k];
+        }
+        k
+    }
+    for face in 0..topology.face_count() {
+        let v = topology.face(face);
+        let n = v.len();
+        for k in 0..n {
+            let (a, b) = (end(v[k], v[(k + n - 1) % n]), end(v[(k + 1) % n], v[(k + 2) % n]));
+            let (a, b) = (root(&row, a), root(&row, b));
+            row[a.max(b)] = a.min(b);
+        }
+    }
+    (0..topology.edge_count()).fold(cage.clone(), |cage, e| {
+        let [a, b] = topology.edge(e).unwrap().map(|v| v as usize);
+        let d = |k: usize| interval(root(&row, 2 * e + k) as u64);
+        cage.with_end_interval(a, b, d(0)).unwrap().with_end_interval(b, a, d(1)).unwrap()
+    })
+}

@@ -12,7 +12,8 @@ use super::node::Node;
 use super::{DEPTH, DooSabinSurface, tessellate};
 use crate::cage::Cage;
 use crate::error::SubdivisionError;
-use crate::surface::declared::indices;
+use crate::said::Once;
+use crate::surface::declared::{indices, rows};
 
 /// Documents say cages as they are, every number to the last bit.
 impl DeclaredShape for DooSabinSurface {
@@ -25,6 +26,12 @@ impl DeclaredShape for DooSabinSurface {
                 "faces",
                 "[[i, j, k, …], …]",
                 "the vertices of each face, counterclockwise from outside",
+            ),
+            Field::optional(
+                "intervals",
+                "[[i, j, interval], …]",
+                "1 each",
+                "knot intervals of vertices i in the direction of their edges to j: all along a row of faces the same, 0 for a double knot",
             ),
             Field::optional("holes", "[face, …]", "none", "faces that are refined and not shown"),
             Field::optional(
@@ -42,6 +49,15 @@ impl DeclaredShape for DooSabinSurface {
         let holes: Vec<Value> =
             (0..topology.face_count()).filter(|&f| cage.is_hole(f)).map(Value::from).collect();
         let mut fields = Parameters::empty("").with_points("points", cage.points()).with("faces", faces);
+        let ends = |e: usize| {
+            let (ends, d) = (topology.edge(e), cage.end_interval(e));
+            ends.into_iter().flat_map(move |[a, b]| [([a, b], d[0]), ([b, a], d[1])])
+        };
+        let uneven = (0..topology.edge_count()).flat_map(ends).filter(|(_, d)| *d != 1.0);
+        let intervals: Vec<Value> = uneven.map(|([a, b], d)| serde_json::json!([a, b, d])).collect();
+        if !intervals.is_empty() {
+            fields = fields.with("intervals", intervals);
+        }
         if !holes.is_empty() {
             fields = fields.with("holes", holes);
         }
@@ -57,8 +73,16 @@ impl DeclaredShape for DooSabinSurface {
         for (k, face) in fields.list("faces")?.iter().enumerate() {
             faces.push(indices(fields, &format!("faces[{k}]"), face)?);
         }
-        let wrong = |name: &'static str| move |e: SubdivisionError| fields.error(name, e.to_string());
+        let wrong = |name: &str| {
+            let name = name.to_owned();
+            move |e: SubdivisionError| fields.error(&name, e.to_string())
+        };
         let mut cage = Cage::new(points, &faces).map_err(wrong("faces"))?;
+        let mut once = Once::new("interval");
+        for (place, [at, towards], interval) in rows::<2>(fields, "intervals")? {
+            once.say_towards(at, towards, interval).map_err(wrong(&place))?;
+            cage = cage.with_end_interval(at, towards, interval).map_err(wrong(&place))?;
+        }
         if let Some(holes) = fields.value("holes") {
             for hole in indices(fields, "holes", holes)? {
                 cage = cage.with_hole(hole).map_err(wrong("holes"))?;
@@ -72,17 +96,18 @@ impl DeclaredShape for DooSabinSurface {
         tessellate::tessellate(states, fineness)
     }
 
-    /// One biquadratic spline a face, where every face is regular.
+    /// One biquadratic spline a face that has an extent, where every face is regular.
     fn splines(&self) -> Option<Splines> {
         if !self.is_all_regular() {
             return None;
         }
         let space = Space::floating_uniform(2, 3).ok()?;
         let nodes: Vec<Node<_>> = self.nodes().ok()?;
-        let surface = |node: &Node<loftsman_kernel::Vector>| {
+        let nodes = nodes.into_iter().filter(|node| !node.vanishes().contains(&true));
+        let surface = |node: Node<loftsman_kernel::Vector>| {
             let points = node.net().map(|p| Point::from(*p)).to_vec();
             Surface::new(space.clone(), space.clone(), points).ok()
         };
-        nodes.iter().map(surface).collect::<Option<Vec<_>>>().map(Splines::Surfaces)
+        nodes.map(surface).collect::<Option<Vec<_>>>().map(Splines::Surfaces)
     }
 }

@@ -3,6 +3,8 @@
 mod declared;
 mod edges;
 mod node;
+mod rule;
+mod spans;
 mod tessellate;
 
 use std::sync::Arc;
@@ -15,8 +17,9 @@ use loftsman_kernel::shape::{
 use smallvec::SmallVec;
 
 use self::node::Node;
-use super::limit::check_same;
-use super::refine::stencil;
+use self::spans::Spans;
+use super::limit::is_uniform;
+use super::refine::{intervals, stencil};
 use crate::cage::{Cage, present};
 use crate::error::{Result, SubdivisionError};
 use crate::natural::{Natural, Naturals, seen_from};
@@ -43,6 +46,11 @@ const MOST: usize = 2048;
 /// before the corner and of the edge that follows. Where the cage's face is a quad and the vertex has four edges, it is one biquadratic
 /// piece.
 ///
+/// *Intervals.* End intervals ([`Cage::with_end_interval`]) make it non-uniform (Sederberg, Zheng, Sewell and Sabin 1998): of a grid the
+/// biquadratic spline whose spans they are, a vertex without one a double knot. All along a row of faces vertices have the same across it, on either
+/// side of the row's vertices perhaps another; what is round a face that is no quad, or a vertex that has not four edges, may differ from
+/// edge to edge. Where a vertex has 0 on a line, its faces have no extent along it: they are lines or points, and triangles leave them out.
+///
 /// *Boundary.* The surface ends where its last complete pieces do, as a spline with floating ends does: half of a face inside the cage's.
 ///
 /// *Locations.* `Location::Face(face, u, v)`: to rounding exact everywhere, with all derivatives, by refining the piece's neighbourhood
@@ -53,7 +61,8 @@ const MOST: usize = 2048;
 /// *Energies.* The neighbourhood of an extraordinary point halves from level to level, so that a level adds a quarter of what the one
 /// before did to areas. Second derivatives by `u` and `v` grow as fast as it shrinks: the surface is smooth, the parameters are not. So stretch and bend are
 /// taken by the coordinates of the characteristic map ([`Cells::chart`]), in which a level adds a quarter to these, too, of what the one before
-/// did, or little more.
+/// did, or little more; but at an extraordinary point round which intervals differ, where they are taken by `u` and `v`, and the depth is a
+/// part of what they are.
 ///
 /// *Cost.* Making one is linear in the cage; a row costs what is near, and in an irregular face that for each level.
 #[derive(Debug, Clone)]
@@ -76,6 +85,8 @@ struct Layout {
     quadrants: [Vec<Quadrant>; 4],
     /// Face and side of each edge of the boundary.
     edges: Vec<(u32, u8)>,
+    /// What knot intervals make of faces and vertices.
+    spans: Spans,
     /// The coordinates in which the surface is smooth at extraordinary points.
     naturals: Naturals,
 }
@@ -111,6 +122,13 @@ impl Layout {
                     .to_owned();
             return Err(SubdivisionError::Face { face: 0, problem });
         }
+        let spans = Spans::new(cage)?;
+        if !corners.iter().any(|&half| intervals(cage, half).iter().all(|d| *d > 0.0)) {
+            let vertex = corners.first().map_or(0, |&half| topology.origin(half)) as usize;
+            let problem =
+                "and all others inside the cage have intervals of 0, so that the surface has no extent: give some one above".to_owned();
+            return Err(SubdivisionError::Vertex { vertex, problem });
+        }
         let mut faces = vec![NONE; topology.corner_count()];
         (0..).zip(&corners).for_each(|(k, &h)| faces[h as usize] = k);
         let quadrants = [0, 1, 2, 3].map(|kind| {
@@ -124,14 +142,11 @@ impl Layout {
         for (face, &half) in (0..).zip(&corners) {
             count += quadrants[kind(cage, half)].len();
             cells.push(count);
-            for (side, beyond) in (0..).zip(beside(cage, half)) {
-                if beyond.is_none_or(|other| faces[other as usize] == NONE) {
-                    edges.push((face, side));
-                }
-            }
+            let ends = |side: &usize| ends(cage, half, *side, |other| faces[other as usize] != NONE);
+            edges.extend((0..4).filter(ends).map(|side| (face, side as u8)));
         }
         let naturals = Naturals::new(Natural::doo_sabin);
-        Ok(Self { corners, faces, cells, quadrants, edges, naturals })
+        Ok(Self { corners, faces, cells, quadrants, edges, spans, naturals })
     }
 }
 
@@ -144,13 +159,42 @@ fn beside(cage: &Cage, half: u32) -> [Option<u32>; 4] {
     [Some(before), some(topology.twin(before)), over, Some(after)]
 }
 
+/// Whether by intervals the piece at a corner has no extent in the direction across a side.
+fn vanishes(cage: &Cage, half: u32, side: usize) -> bool {
+    cage.has_end_intervals() && intervals(cage, half)[1 - side % 2] <= 0.0
+}
+
+/// Whether the surface ends at a side of the piece at a corner, those without extent across it being passed over.
+fn ends(cage: &Cage, half: u32, side: usize, is_there: impl Fn(u32) -> bool) -> bool {
+    // Of none without extent, and of no side without length.
+    if vanishes(cage, half, side) || vanishes(cage, half, side + 1) {
+        return false;
+    }
+    let (mut half, mut side) = (half, side);
+    loop {
+        match beside(cage, half)[side] {
+            // There are no two of these one after the other.
+            Some(other) if is_there(other) => {
+                // Sides 0 and 3 of neighbours meet, and 1 and 2.
+                let entered = [3, 2, 1, 0][side];
+                if !vanishes(cage, other, entered) {
+                    return false;
+                }
+                (half, side) = (other, (entered + 2) % 4);
+            }
+            _ => return true,
+        }
+    }
+}
+
 impl DooSabinSurface {
     /// The limit surface of a cage. Creases, corners and the rule for the boundary say nothing here; knot intervals that are all equal are left out,
     /// for they change nothing. Cost: linear.
     ///
     /// # Errors
-    /// When end intervals differ, for then only the limits of faces are known ([`limit_stencils`](super::limit_stencils)), not places between;
-    /// when an inner vertex has two edges; when no piece is left.
+    /// When end intervals differ along a row of faces, for then only the limits of faces are known ([`limit_stencils`](super::limit_stencils)), not
+    /// places between; when one of 0 is not a double knot, or all are; when the surface has no tangent plane by them; when an inner
+    /// vertex has two edges; when no piece is left.
     pub fn new(cage: Cage) -> Result<Self> {
         Self::with_depth(cage, DEPTH)
     }
@@ -165,12 +209,10 @@ impl DooSabinSurface {
             let (place, value) = ("cells".to_owned(), f64::from(depth));
             return Err(SubdivisionError::Value { what: "depth", place, value, needed: "from 1 to 24" });
         }
-        check_same(
-            &cage,
-            "no limit surface as a shape is known there; leave intervals out, or refine the cage instead (levels, with limit = true: a mesh \
-             with its vertices on the surface)",
-        )?;
-        (cage.intervals, cage.end_intervals) = (Vec::new(), Vec::new());
+        if is_uniform(&cage) {
+            cage.end_intervals = Vec::new();
+        }
+        cage.intervals = Vec::new();
         (cage.creases, cage.corners) = (Vec::new(), Vec::new());
         let layout = Arc::new(Layout::new(&cage, depth)?);
         Ok(Self { cage, layout, depth })
@@ -283,7 +325,7 @@ impl DooSabinSurface {
                 rows.push(row);
             }
         }
-        Ok((base, Node { rings }))
+        Ok((base, Node { rings, rules: self.layout.spans.rules(&self.cage, half) }))
     }
 
     /// Whether a place is an extraordinary point of a face, by the corner that it is at.
@@ -313,6 +355,10 @@ impl DooSabinSurface {
         let back = |row: &[f64]| -> Stencil {
             base.iter().zip(row).filter(|(_, c)| **c != 0.0).map(|(&v, &c)| (v, c)).collect()
         };
+        // Exactly zero, and not what rounding leaves of three equal vertices.
+        if node.vanishes().into_iter().zip([by.u, by.v]).any(|(vanishes, order)| vanishes && order > 0) {
+            return Ok(std::iter::empty::<(usize, f64)>().collect());
+        }
         if let Some(corner) = self.extraordinary(face, u, v) {
             let (position, [along_u, along_v]) = node.corner(corner);
             let (of, at) = self.cage_corner(face as u32).map_err(refused)?;
@@ -337,7 +383,7 @@ impl DooSabinSurface {
         let mut row = vec![0.0; base.len()];
         for (k, part) in piece.net().into_iter().enumerate() {
             let weight = along_u[k / 3] * along_v[k % 3] * scale;
-            row.iter_mut().zip(part).for_each(|(own, c)| *own += weight * c);
+            row.iter_mut().zip(part.iter()).for_each(|(own, c)| *own += weight * c);
         }
         Ok(back(&row))
     }
@@ -347,9 +393,11 @@ impl DooSabinSurface {
         if vertex as usize >= count {
             return Err(Error::NoVertex { index: i64::from(vertex), count });
         }
-        let face =
-            topology.around(vertex as usize).map(|h| self.layout.faces[h as usize]).find(|&f| f != NONE);
-        match face {
+        let is_there = |h: &u32| self.layout.faces[*h as usize] != NONE;
+        let has_extent = |h: &u32| is_there(h) && (0..2).all(|side| !vanishes(&self.cage, *h, side));
+        let mut around = topology.around(vertex as usize);
+        let half = around.clone().find(has_extent).or_else(|| around.find(is_there));
+        match half.map(|h| self.layout.faces[h as usize]) {
             Some(face) => self.on_face(face, 1.0, 1.0, by),
             None => Err(Error::Invalid(format!(
                 "vertex {vertex} is on the boundary of the cage, or has nothing but holes round it, where there is no surface: ask of a vertex inside"
@@ -461,10 +509,11 @@ impl Cells for DooSabinSurface {
         let half = *self.layout.corners.get(face as usize)?;
         let topology = self.cage.topology();
         let corner = [0, 2].into_iter().find(|&k| seen_from(k, [u, v]).into_iter().all(|x| x <= 0.5))?;
-        let n = match corner {
-            0 => topology.face_corners(topology.face_of(half) as usize).len(),
-            _ => topology.around(topology.origin(half) as usize).count(),
+        let (face, vertex) = (topology.face_of(half) as usize, topology.origin(half) as usize);
+        let (n, is_uneven) = match corner {
+            0 => (topology.face_corners(face).len(), self.layout.spans.is_uneven_face(face)),
+            _ => (topology.around(vertex).count(), self.layout.spans.is_uneven_vertex(&self.cage, vertex)),
         };
-        if n == 4 { None } else { self.layout.naturals.chart(n, corner, [u, v], 0.5) }
+        if n == 4 || is_uneven { None } else { self.layout.naturals.chart(n, corner, [u, v], 0.5) }
     }
 }

@@ -6,7 +6,7 @@ use loftsman_kernel::{Point, Vector};
 
 use super::DooSabinSurface;
 use super::node::Node;
-use crate::doo_sabin::refine::refine;
+use crate::doo_sabin::refine::{intervals, refine};
 use crate::surface::apart::{Apart, Over};
 use crate::surface::facing::{Aim, Scheme};
 use crate::surface::net::{Net, both, cut};
@@ -15,15 +15,18 @@ use crate::surface::places::Place;
 use crate::surface::quads::Quads;
 use crate::surface::refused;
 use crate::surface::tessellate::diagonal;
-use crate::topology::NONE;
+use crate::topology::{NONE, Topology};
+use crate::weld::root;
 
 impl DooSabinSurface {
     /// The neighbourhood of each face.
     pub(super) fn nodes(&self) -> crate::error::Result<Vec<Node<Vector>>> {
         let fine = refine(&self.cage)?;
         let point = |v: u32| fine.points()[v as usize].coords;
-        let node =
-            |&half: &u32| Node { rings: self.rings(half).map(|ring| ring.into_iter().map(point).collect()) };
+        let node = |&half: &u32| Node {
+            rings: self.rings(half).map(|ring| ring.into_iter().map(point).collect()),
+            rules: self.layout.spans.rules(&self.cage, half),
+        };
         Ok(self.layout.corners.iter().map(node).collect())
     }
 }
@@ -59,11 +62,13 @@ pub(super) fn tessellate(states: &[&DooSabinSurface], fineness: &Fineness) -> Re
         return Err(Error::Invalid("there is no state of the surface to tessellate".into()));
     };
     let alike = |s: &&DooSabinSurface| {
-        s.cage.topology() == first.cage.topology() && s.layout.corners == first.layout.corners
+        s.cage.topology() == first.cage.topology()
+            && s.layout.corners == first.layout.corners
+            && s.cage.end_intervals == first.cage.end_intervals
     };
     if !states.iter().all(alike) {
         return Err(Error::Invalid(
-            "the states of the surface have different faces: they are not one surface".into(),
+            "the states of the surface have different faces or intervals: they are not one surface".into(),
         ));
     }
     let nodes: Vec<Vec<Node<Vector>>> =
@@ -114,24 +119,65 @@ struct Part {
 /// All pieces that there are, on any level; what is within a biquadratic one is not one of its own.
 struct Pieces(Vec<Piece>);
 
+/// The corners of pieces: they lie at the faces, the edges and the vertices of the cage. Those between which a piece has no extent are one.
+struct Corners {
+    /// Another of each one's group, or itself.
+    group: Vec<usize>,
+}
+
+impl Corners {
+    fn new(surface: &DooSabinSurface) -> Self {
+        let (cage, topology) = (&surface.cage, surface.cage.topology());
+        let count = topology.face_count() + topology.edge_count() + topology.vertex_count();
+        let mut corners = Self { group: (0..count).collect() };
+        if cage.has_end_intervals() {
+            let inner = |h: &u32| !topology.is_boundary_vertex(topology.origin(*h) as usize);
+            for half in (0..topology.corner_count() as u32).filter(inner) {
+                let [along_u, along_v] = intervals(cage, half).map(|d| d <= 0.0);
+                let [a, b, c, d] = corners.of(topology, half);
+                for (vanishes, pairs) in [(along_u, [(a, b), (d, c)]), (along_v, [(a, d), (b, c)])] {
+                    if vanishes {
+                        pairs.into_iter().for_each(|(one, other)| corners.join(one, other));
+                    }
+                }
+            }
+        }
+        corners
+    }
+
+    /// Those of the piece at a corner of the cage.
+    fn of(&mut self, topology: &Topology, half: u32) -> [usize; 4] {
+        let (edges, vertices) = (topology.face_count(), topology.face_count() + topology.edge_count());
+        [
+            topology.face_of(half) as usize,
+            edges + topology.edge_of(topology.previous(half)) as usize,
+            vertices + topology.origin(half) as usize,
+            edges + topology.edge_of(half) as usize,
+        ]
+        .map(|place| root(&mut self.group, place))
+    }
+
+    fn join(&mut self, one: usize, other: usize) {
+        let (one, other) = (root(&mut self.group, one), root(&mut self.group, other));
+        self.group[one.max(other)] = one.min(other);
+    }
+}
+
 impl Pieces {
     /// The faces of a surface, by their neighbourhoods in each state.
     fn new(surface: &DooSabinSurface, states: Vec<Vec<Node<Vector>>>) -> (Self, Quads<Part>) {
         let (topology, count) = (surface.cage.topology(), states.len());
         let (mut pieces, mut quads) = (Self(Vec::new()), Quads::new(count));
-        // Corners lie at the faces, the edges and the vertices of the cage.
-        let (edges, vertices) = (topology.face_count(), topology.face_count() + topology.edge_count());
-        let mut numbers = vec![NONE; vertices + topology.vertex_count()];
+        let mut corners_of = Corners::new(surface);
+        let mut numbers = vec![NONE; corners_of.group.len()];
         let mut states: Vec<_> = states.into_iter().map(Vec::into_iter).collect();
         for (face, &half) in (0..).zip(&surface.layout.corners) {
-            let nodes = states.iter_mut().filter_map(Iterator::next).collect();
+            let nodes: Vec<Node<Vector>> = states.iter_mut().filter_map(Iterator::next).collect();
+            if nodes.iter().any(|node| node.vanishes().contains(&true)) {
+                continue;
+            }
             let part = pieces.add(Piece::new(nodes));
-            let places = [
-                topology.face_of(half) as usize,
-                edges + topology.edge_of(topology.previous(half)) as usize,
-                vertices + topology.origin(half) as usize,
-                edges + topology.edge_of(half) as usize,
-            ];
+            let places = corners_of.of(topology, half);
             let mut corners = [NONE; 4];
             for (corner, place) in places.into_iter().enumerate() {
                 if numbers[place] == NONE {

@@ -7,19 +7,31 @@ use std::ops::{Add, Mul};
 /// Where a weight is a quotient `0/0` of sums of products of intervals, the leading terms of both say what it comes to. On grids this
 /// is the tensor-product spline with its multiple knots, in whatever direction these are.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Leading {
+pub(crate) struct Leading {
     order: u32,
     value: f64,
 }
 
 impl Leading {
     /// A sum of `count` intervals.
-    pub(super) fn new(sum: f64, count: f64) -> Self {
+    pub(crate) fn new(sum: f64, count: f64) -> Self {
         if sum > 0.0 { Self { order: 0, value: sum } } else { Self { order: 1, value: count } }
     }
 
+    /// Others over the sum of some weights, of which one that is greater beyond measure makes the whole nothing.
+    pub(crate) fn over(others: &[Self], weights: &[Self]) -> Option<Vec<f64>> {
+        let (first, rest) = weights.split_first()?;
+        let total = rest.iter().fold(*first, |sum, w| sum + *w);
+        let share = |w: &Self| match w.order.cmp(&total.order) {
+            std::cmp::Ordering::Less => None,
+            std::cmp::Ordering::Equal => Some(w.value / total.value),
+            std::cmp::Ordering::Greater => Some(0.0),
+        };
+        others.iter().map(share).collect()
+    }
+
     /// Each of some weights over their sum.
-    pub(super) fn shares(weights: &[Self]) -> Vec<f64> {
+    pub(crate) fn shares(weights: &[Self]) -> Vec<f64> {
         let order = weights.iter().map(|w| w.order).min().unwrap_or(0);
         let leads = |w: &Self| if w.order == order { w.value } else { 0.0 };
         let total: f64 = weights.iter().map(leads).sum();
