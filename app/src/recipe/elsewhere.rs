@@ -50,9 +50,9 @@ mod tests {
         let ours: Vec<&str> = registry.operations().iter().map(|o| o.declaration().name).collect();
         for (other, _) in NAMES {
             assert!(!ours.contains(&other), "{other}");
-            assert!(called(other, &registry).is_some_and(|name| ours.contains(&name)), "{other}");
+            assert!(called(other, registry).is_some_and(|name| ours.contains(&name)), "{other}");
         }
-        assert_eq!((called("Slice", &registry), called("edit", &registry)), (Some("section"), None));
+        assert_eq!((called("Slice", registry), called("edit", registry)), (Some("section"), None));
         assert!(NAMES.is_sorted());
         assert_eq!(called("slice", &Registry::new()), None);
     }

@@ -186,7 +186,13 @@ impl Operation for FitPoints {
             let report = report_of(&fitted, points, scene.unit);
             (fitted.curve, report)
         };
-        if !parameters.has("corners") {
+        if is_scattered(points) {
+            report.warnings.push(
+                "the curve goes through the points in the order in which they are, and turns back at most of them: points that lie all over a surface, and not \
+                 along a line, are fitted by `fit-shape`"
+                    .into(),
+            );
+        } else if !parameters.has("corners") {
             report.notes.extend(corner(points, closed, parameters)?);
         }
         report.notes.extend(asked_in_own_coordinates(scene, name)?);
@@ -231,6 +237,17 @@ fn one_chain(mesh: &Mesh) -> Result<(), String> {
         return Err("lines that branch".into());
     }
     Ok(())
+}
+
+/// Points of which more than this part turn back are no line.
+const BACK: f64 = 0.25;
+/// Fewer points than this may do what they like.
+const FEW: usize = 24;
+
+/// Whether points in their order go to and fro: at more than a quarter of them by more than a right angle.
+fn is_scattered(points: &[Point]) -> bool {
+    let turns = points.windows(3).filter(|p| (p[1] - p[0]).dot(&(p[2] - p[1])) < 0.0).count();
+    points.len() >= FEW && turns as f64 > BACK * points.len() as f64
 }
 
 /// What to say where the points turn too sharply for the curve: the sharpest corner, and what to do. One of degree 1 through all points

@@ -4,12 +4,13 @@ mod furthest;
 #[cfg(test)]
 pub(super) mod tests;
 
-use loftsman_kernel::Point;
 use loftsman_kernel::functional::Shapes;
+use loftsman_kernel::nalgebra::Matrix3;
 use loftsman_kernel::scene::Geometry;
 use loftsman_kernel::shape::{Cell, Derivative, Shape};
 use loftsman_kernel::spline::part::Part;
 use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::{Point, Vector};
 
 use furthest::{furthest, suspects};
 
@@ -48,13 +49,14 @@ pub(super) fn deviation(before: &Geometry, after: &Geometry) -> Option<f64> {
             let [before, after] = [before.part().ok()?, after.part().ok()?];
             both(&before, &after, true, of_parts)
         }
-        // Face by face: the place on another face that is nearer, if there is one, is not looked for.
+        // Face by face: the place on another face that is nearer, if there is one, is not looked for. How far one is that was moved or scaled as a whole the
+        // step says, and finding it out would take long: each place is far from where all were.
         (Geometry::Brep(before), Geometry::Brep(after)) => {
             let count = after.face_count();
             let moved = |face: &usize| before.surface(*face) != after.surface(*face);
             let of_face =
                 |face: usize| both(&before.part(face).ok()?, &after.part(face).ok()?, true, of_parts);
-            if before.face_count() != count {
+            if before.face_count() != count || is_affine(before.points(), after.points()) {
                 return None;
             }
             let faces: Vec<usize> = (0..count).filter(moved).collect();
@@ -205,6 +207,31 @@ fn of_parts(before: &Part, after: &Part) -> Option<f64> {
     // Places of the border itself are neither inside nor outside.
     let edge = largest(border.iter().map(|at| away(*at)))?;
     Some(edge.max(furthest(&grid, &more, inside)?))
+}
+
+/// Points are where an affine map takes them that differ from there by no more than this part of their size.
+const AFFINE: f64 = 1e-9;
+
+/// Whether all points have gone where one affine map takes them: found from four of them that are far from lying in a plane. `O(n)`.
+fn is_affine(before: &[Point], after: &[Point]) -> bool {
+    let (Some(&from), Some(&to)) = (before.first(), after.first()) else { return false };
+    if before.len() != after.len() {
+        return false;
+    }
+    let furthest = |away: &dyn Fn(&Vector) -> f64| {
+        (0..before.len()).max_by(|&a, &b| away(&(before[a] - from)).total_cmp(&away(&(before[b] - from))))
+    };
+    let Some(x) = furthest(&|d| d.norm()) else { return false };
+    let one = (before[x] - from).normalize();
+    let Some(y) = furthest(&|d| d.cross(&one).norm()) else { return false };
+    let normal = one.cross(&(before[y] - from)).normalize();
+    let Some(z) = furthest(&|d| d.dot(&normal).abs()) else { return false };
+    let columns = |points: &[Point], from: Point| Matrix3::from_columns(&[x, y, z].map(|k| points[k] - from));
+    let Some(inverse) = columns(before, from).try_inverse() else { return false };
+    let map = columns(after, to) * inverse;
+    let size =
+        before.iter().zip(after).map(|(p, q)| (p - from).amax().max((q - to).amax())).fold(0.0, f64::max);
+    before.iter().zip(after).all(|(p, q)| (to + map * (p - from) - q).amax() <= AFFINE * size)
 }
 
 /// The vertex that has moved most, where they are as many.

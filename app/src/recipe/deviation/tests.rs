@@ -171,3 +171,19 @@ fn what_is_cut_away_does_not_count() {
     assert!((found - 0.5).abs() < 1e-9, "{found}");
     assert_eq!(deviation(&block(0.5), &block(0.5)), Some(0.0));
 }
+
+/// Of a solid that is moved as a whole no distance is looked for, and it is known from one of which a part has moved.
+#[test]
+fn what_is_moved_as_a_whole_is_known() {
+    let block = Brep::block(Point::origin(), Point::new(3.0, 2.0, 1.0)).unwrap();
+    let points = block.points().to_vec();
+    let turned = |p: &Point| Point::new(2.0 * p.y - 1.0, 5.0 - 3.0 * p.x, p.z + p.x);
+    let mapped: Vec<Point> = points.iter().map(turned).collect();
+    let mut bent = mapped.clone();
+    bent[points.len() - 1].x += 1e-3;
+    assert!(super::is_affine(&points, &mapped) && super::is_affine(&points, &points));
+    assert!(!super::is_affine(&points, &bent) && !super::is_affine(&points, &mapped[1..]));
+    // Points of one plane have no map of their own.
+    let flat: Vec<Point> = points.iter().map(|p| Point::new(p.x, p.y, 0.0)).collect();
+    assert!(!super::is_affine(&flat, &flat) && !super::is_affine(&[], &[]));
+}

@@ -96,7 +96,10 @@ struct Ray<'a> {
 /// A chord that was met.
 struct Met {
     away: f64,
-    /// Of those that are as near the first counts: along `v` before `u`, then by the order of the chords and of the turns.
+    /// Where the line touches a corner of a loop it meets both of its chords there. Ends on the line count as before it, so that it is one a little beyond: of
+    /// chords that are as near, that counts which is nearer to such a one. So much further is this one, for each step.
+    further: f64,
+    /// Of those that are as near still the first counts: along `v` before `u`, then by the order of the chords and of the turns.
     rank: (usize, usize, usize, usize),
     inside: bool,
 }
@@ -133,10 +136,14 @@ impl Search<2> for Ray<'_> {
         let rises = high > low;
         let left_is_after = if along == 1 { rises } else { !rises };
         let inside = (away < 0.0) == left_is_after;
+        let further = (b[along] - a[along]) / (b[across] - a[across]) * away.signum();
         let rank = (across, index, self.turn[across].0, self.turn[along].0);
-        let nearer = |best: &Met| away.abs() < best.away || (away.abs() == best.away && rank < best.rank);
+        let nearer = |best: &Met| {
+            let by = away.abs().total_cmp(&best.away).then(further.total_cmp(&best.further));
+            by.then(rank.cmp(&best.rank)).is_lt()
+        };
         if self.nearest.as_ref().is_none_or(nearer) {
-            self.nearest = Some(Met { away: away.abs(), rank, inside });
+            self.nearest = Some(Met { away: away.abs(), further, rank, inside });
         }
     }
 }
@@ -201,6 +208,39 @@ mod tests {
         }
     }
 
+    /// A round loop that touches all four sides of the domain in corners of its chords: of the lines along the sides nothing but these corners is met.
+    #[test]
+    fn what_a_line_touches_it_does_not_cross() {
+        for count in [4_u32, 8, 48, 192] {
+            for start in 0..count {
+                let corner = |k: u32| {
+                    let quarter = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
+                    let (k, each) = ((k + start) % count, count / 4);
+                    let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(count)).sin_cos();
+                    if k % each == 0 { quarter[(k / each) as usize] } else { [cos, sin] }
+                };
+                let line: Vec<[f64; 2]> = (0..=count).map(corner).collect();
+                let side = ParameterSide { low: -1.0, high: 1.0, closed: false, poles: [false; 2] };
+                let holes: Vec<[f64; 2]> = line.iter().rev().copied().collect();
+                let (round, rest) = (Outline::new(&[line], [side; 2]), Outline::new(&[holes], [side; 2]));
+                for [x, y] in [
+                    [-1.0, -1.0],
+                    [1.0, -1.0],
+                    [1.0, 1.0],
+                    [-1.0, 1.0],
+                    [-0.9, 1.0],
+                    [1.0, 0.8],
+                    [-1.0, 0.95],
+                ] {
+                    assert!(!round.has([x, y]) && rest.has([x, y]), "{count} {start} {x} {y}");
+                }
+                for at in [[0.0, 0.0], [0.3, 0.0], [0.0, -0.4], [0.4, 0.4]] {
+                    assert!(round.has(at) && !rest.has(at), "{count} {start} {at:?}");
+                }
+            }
+        }
+    }
+
     /// The same by asking all chords.
     fn slowly(lines: &[Vec<[f64; 2]>], sides: &[ParameterSide; 2], at: [f64; 2]) -> bool {
         if lines.is_empty() {
@@ -210,7 +250,7 @@ mod tests {
             let t = sides[d].length();
             if sides[d].closed { vec![-2.0 * t, -t, 0.0, t, 2.0 * t] } else { vec![0.0] }
         };
-        let mut nearest: Option<(f64, bool)> = None;
+        let mut nearest: Option<(f64, f64, bool)> = None;
         for (along, across) in [(1, 0), (0, 1)] {
             for pair in lines.iter().flat_map(|line| line.windows(2)) {
                 for by in turns(across) {
@@ -222,14 +262,16 @@ mod tests {
                     for by in turns(along) {
                         let away = met + by - at[along];
                         let left_is_after = (along == 1) == (high > low);
-                        if nearest.is_none_or(|(best, _)| away.abs() < best) {
-                            nearest = Some((away.abs(), (away < 0.0) == left_is_after));
+                        let slope = (pair[1][along] - pair[0][along]) / (pair[1][across] - pair[0][across]);
+                        let (far, further) = (away.abs(), slope * away.signum());
+                        if nearest.is_none_or(|(best, next, _)| far < best || far == best && further < next) {
+                            nearest = Some((far, further, (away < 0.0) == left_is_after));
                         }
                     }
                 }
             }
         }
-        nearest.is_some_and(|(_, inside)| inside)
+        nearest.is_some_and(|(.., inside)| inside)
     }
 
     fn shares_slowly(

@@ -60,6 +60,10 @@ impl Operation for Intersect {
             |g| matches!(g, Geometry::Curve(_) | Geometry::Polyline(_)),
             "curve or polyline",
         )?;
+        if parameters.value("with").is_some_and(|with| with.is_object()) {
+            let problem = "the name of an object is needed; what a plane cuts is found by the operation section (at, normal)";
+            return Err(parameters.error("with", problem).into());
+        }
         let with = parameters.text_or("with", object)?;
         let name = base_name(parameters, object, "meetings")?;
         let options = Options { tolerance: tolerance(parameters)? };

@@ -266,6 +266,7 @@ impl Operation for CutBy {
             told_planes.push(json!({
                 "point": (0..3).map(|k| plane.point()[k] + 0.0).collect::<Vec<f64>>(),
                 "pieces": geometries.len() - before,
+                "points": points_of(&geometries[before..]),
                 "exact": lines.len(),
                 "area": area,
                 "touching": touching.iter().map(|q| [q.x + 0.0, q.y + 0.0, q.z + 0.0]).collect::<Vec<_>>(),
@@ -438,4 +439,10 @@ fn read_plane(parameters: &Parameters) -> Result<Plane, OperationError> {
     table.check(PLANE)?;
     let point = if table.has("point") { table.point("point")? } else { Point::origin() };
     Plane::new(point, table.vector("normal")?).map_err(|e| table.error("normal", e.to_string()).into())
+}
+
+/// The points at which lines and curves go through a plane, of all that was cut.
+fn points_of(cut: &[Geometry]) -> Vec<[f64; 3]> {
+    let clouds = cut.iter().filter(|geometry| matches!(geometry, Geometry::Cloud(_)));
+    clouds.flat_map(Geometry::points).map(|p| [p.x + 0.0, p.y + 0.0, p.z + 0.0]).collect()
 }
