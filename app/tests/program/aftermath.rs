@@ -223,7 +223,7 @@ fn a_best_effort_says_what_it_missed() {
         format!("input = 'wave.loft.json'\n[[step]]\nop = 'edit'\nlock = [0]\nbest_effort = true\n{asked}\n"),
     );
     let text = bench.done(&["run", "b.toml"]);
-    assert!(text.contains("missed: position at 0 by 1 unit") && !text.contains("follows from"), "{text}");
+    assert!(text.contains("missed: position at 0 by 1 mm") && !text.contains("follows from"), "{text}");
     let step = &bench.json(&["run", "b.toml"])["steps"][0];
     assert_eq!(step["constraints"][0]["dimension"], 1, "{step}");
 }

@@ -19,12 +19,17 @@ const ROUND: usize = 64;
 const SECTIONS: usize = 40;
 /// A start at which breakpoints lie beside one another is as good as the best one where its squared distances are no more than this part larger …
 const AS_NEAR: f64 = 0.02;
-/// … or differ by no more than the squares of this part of the edge's size.
+/// … or differ by no more than the squares of this part of the edge's size, and where lines across run askew by no more than this part of a turn.
 const TURNED: f64 = 1e-6;
+const ASKEW: f64 = 1.0 / 720.0;
+/// A start no further than this part of a turn from a knot of the curve is at it.
+const AT_KNOT: f64 = 1e-6;
 /// Where edge and curve are not to be equal, so many times as many places show how far they are apart …
 const FINER: usize = 16;
 /// … and where that were more than these altogether, fewer of each piece, but twice as many as its degrees.
 const PLACES: usize = 2048;
+/// Rounding of the coordinates at a seam, as a part of these.
+const SEAM: f64 = 64.0 * f64::EPSILON;
 /// So near to a knot, as a part of the domain, a place is that shows what is on one side of it.
 const WITHIN: f64 = 1e-9;
 
@@ -37,6 +42,19 @@ pub(crate) struct Beside {
     pub(crate) curve: Curve,
     /// Its own parameters, where the edge's run from `a` to `b`.
     track: Track,
+    /// Where closed ones are nearest to one another, if that is not where they were begun.
+    askew: Option<Askew>,
+}
+
+/// A closed curve that is begun elsewhere than where it is nearest to the edge: what runs across is askew.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Askew {
+    /// By how much: the part of a turn, as parameters go round.
+    pub(crate) turn: f64,
+    /// The parameter of the curve at which it would have been begun.
+    pub(crate) nearest: f64,
+    /// Whether the edge has a seam.
+    pub(crate) seam: bool,
 }
 
 /// How a curve's own parameters go along with the edge's.
@@ -80,7 +98,7 @@ impl Track {
 impl Beside {
     /// How a curve lies beside an edge now: it is run through the way, and where both are closed from the place, that brings the two nearest to one another
     /// (least squares over even parameters, seen from their middles). That place may be anywhere; where breakpoints lie beside one another at a place that is
-    /// about as good, it is that one, since there the edge may be the curve exactly; of an edge with a seam, and of what is to be that (`exact`), whether it is as good or not.
+    /// about as good, it is that one, since there the edge may be the curve exactly; of what is to be that (`exact`), whether it is as good or not.
     ///
     /// # Errors
     /// When the edge is a point, or numbers overflow.
@@ -91,12 +109,12 @@ impl Beside {
                 "{name} is a point (a pole), which runs along nothing: name another edge"
             )));
         }
-        let track = if closed(&edge.curve)? && closed(curve)? {
+        let (track, askew) = if closed(&edge.curve)? && closed(curve)? {
             round(&edge, curve, exact)?
         } else {
-            straight(&edge.curve, curve)?
+            (straight(&edge.curve, curve)?, None)
         };
-        Self::along(edge, curve, track)
+        Ok(Self { askew, ..Self::along(edge, curve, track)? })
     }
 
     /// The same, the way and the start being known.
@@ -111,13 +129,26 @@ impl Beside {
             turned = turned.reverse()?;
             start = c + (d - start);
         }
-        let turned = if start > c && start < d { turned.started_at(start)? } else { turned };
-        Ok(Self { edge, curve: turned.reparametrise(a, b)?, track })
+        let turned = match start > c && start < d {
+            false => turned,
+            true if turned.is_periodic() => turned.started_at(start)?,
+            // Where it had its seam it is as smooth as it was there: no knot is left of that but what the curve needs.
+            true => match turned.to_periodic(SEAM * edge.spread().max(size_of(&turned))) {
+                Ok(ring) => ring.shape.started_at(start)?.to_clamped()?,
+                Err(_) => turned.started_at(start)?,
+            },
+        };
+        Ok(Self { edge, curve: turned.reparametrise(a, b)?, track, askew: None })
     }
 
     /// How the curve's own parameters go along with the edge's.
     pub(crate) fn track(&self) -> Track {
         self.track
+    }
+
+    /// Where closed ones are nearest to one another, if that is not where they were begun.
+    pub(crate) fn askew(&self) -> Option<Askew> {
+        self.askew
     }
 
     /// The curve's own parameter beside the edge's `t`.
@@ -260,7 +291,7 @@ fn straight(edge: &Curve, curve: &Curve) -> Result<Track> {
 
 /// The way and the start at which a closed curve is nearest to a closed edge. A grid of starts, then golden sections. `O(1)` places of both, and the
 /// breakpoints of the curve up to some number of them.
-fn round(edge: &EdgeCurve, curve: &Curve, exact: bool) -> Result<Track> {
+fn round(edge: &EdgeCurve, curve: &Curve, exact: bool) -> Result<(Track, Option<Askew>)> {
     let size = edge.spread();
     let edge = &edge.curve;
     let ((a, b), (c, d)) = (edge.domain(), curve.domain());
@@ -336,10 +367,35 @@ fn round(edge: &EdgeCurve, curve: &Curve, exact: bool) -> Result<Track> {
             alike = Some((found, track));
         }
     }
+    // Golden sections find a knot but for rounding.
+    let length = d - c;
+    let away = |u: f64, v: f64| {
+        let turn = ((u - v) / length).rem_euclid(1.0);
+        turn.min(1.0 - turn)
+    };
+    if let Some(&knot) = breaks.iter().find(|&&knot| away(knot, best.start) <= AT_KNOT) {
+        best = track(knot, best.reversed);
+    }
     let enough = far * (1.0 + AS_NEAR) + ROUND as f64 * TURNED * TURNED;
-    // An edge with a seam would have to be torn or bent at knots of its own for a start between those of the curve.
-    let exact = exact || !edge.space().is_periodic();
-    Ok(alike.filter(|(found, _)| exact || *found <= enough).map_or(best, |(_, track)| track))
+    let turned = |track: &Track| {
+        if track.reversed == best.reversed { away(track.start, best.start) } else { 1.0 }
+    };
+    let as_good = |(found, track): &(f64, Track)| *found <= enough && turned(track) <= ASKEW;
+    let begun = alike.filter(|one| exact || as_good(one)).map_or(best, |(_, track)| track);
+    let turn = turned(&begun);
+    let seam = !edge.space().is_periodic();
+    // Run the other way it is as far off as can be; nothing is askew of what looks the same from everywhere.
+    let askew = (turn > ASKEW && far * (1.0 + AS_NEAR) < of(&begun)?).then_some(Askew {
+        turn: turn.min(0.5),
+        nearest: best.start,
+        seam,
+    });
+    Ok((begun, askew))
+}
+
+/// The largest coordinate of a curve's control vertices.
+fn size_of(curve: &Curve) -> f64 {
+    curve.points().iter().fold(0.0, |most: f64, p| most.max(p.coords.amax()))
 }
 
 /// Whether a curve ends where it starts, and is not a point.

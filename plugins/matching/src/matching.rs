@@ -10,9 +10,10 @@ use loftsman_kernel::functional::{
 use loftsman_kernel::plugin::{Declaration, Field, ParameterError, Parameters};
 use loftsman_kernel::shape::{Derivative, Stencil, strips};
 use loftsman_kernel::spline::Surface;
+use loftsman_kernel::text::{figure, measured};
 use loftsman_kernel::topology::EdgeCurve;
 
-use crate::beside::{Beside, Track, edge_of};
+use crate::beside::{Askew, Beside, Track, edge_of};
 use crate::contact::{Contact, Frame, Partials};
 use crate::deviation::{Deviation, Limits};
 use crate::edge_on::{OBJECT, named, rows, tolerance, unbound};
@@ -46,7 +47,7 @@ pub struct Matching {
     other_edge: Edge,
     continuity: usize,
     limits: Limits,
-    /// Whether a periodic edge may begin between the knots of the other.
+    /// Whether a closed edge may begin between the knots of the other.
     free: bool,
     bound: Option<Arc<Bound>>,
 }
@@ -79,6 +80,8 @@ struct Bound {
     between: Vec<Place>,
     /// How the other edge's parameters go along with this one's.
     track: Track,
+    /// Whether closed edges were not begun where they are nearest to one another.
+    askew: Option<Askew>,
     /// How far the edges may be apart between the places where they meet.
     distance: f64,
     /// What differences of curvatures are measured by: the largest curvature of the surface that stands still.
@@ -101,7 +104,7 @@ impl Matching {
         self
     }
 
-    /// The same, a periodic edge beginning between knots of the other where the two are nearest there.
+    /// The same, a closed edge beginning between knots of the other where the two are nearest there.
     #[must_use]
     pub(crate) fn free(mut self, free: bool) -> Self {
         self.free = free;
@@ -244,6 +247,7 @@ impl Matching {
             contacts,
             between,
             track: beside.track(),
+            askew: beside.askew(),
             distance,
             curvature,
             square,
@@ -371,6 +375,23 @@ impl Functional for Matching {
         };
         let found = format!("the surfaces are apart by {}", worst.up_to(self.continuity));
         Ok(Some(Told { found, remedy }))
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let Some(Askew { turn, nearest, seam }) = self.bound.as_ref().and_then(|bound| bound.askew) else {
+            return Vec::new();
+        };
+        let begins = if seam {
+            "an edge with a seam may bend where it begins between them: make the surface periodic (`simplify` with `periodic = true` takes the seam away), and use the operation `match`"
+        } else {
+            "the operation `match` begins between them"
+        };
+        vec![format!(
+            "{} begins at a knot of the other edge, {}° of a turn from where the two are nearest, which is at {} of that: lines across run askew by as much; {begins}",
+            self.describe(),
+            figure(360.0 * turn),
+            measured(nearest)
+        )]
     }
 
     fn witness(&self, shapes: &Shapes<'_>) -> Result<Option<Arc<dyn Functional>>> {

@@ -154,7 +154,7 @@ struct Asked {
     limited: bool,
     bend: bool,
     refine: bool,
-    /// Whether a periodic edge may begin between the knots of the other.
+    /// Whether a closed edge may begin between the knots of the other.
     free: bool,
     unit: Unit,
 }

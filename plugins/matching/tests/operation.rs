@@ -372,7 +372,7 @@ fn a_turned_pipe_is_not_twisted() {
     let within = 1e-4 * 10.0;
     for periodic in [false, true] {
         let mut waists = Vec::new();
-        // One with a seam begins at a knot of the other.
+        // One with a seam, rational as these are, would be bent at its own knots by a start between those of the other.
         let turns: &[f64] =
             if periodic { &[0.0, 30.0, 90.0, 150.0, 270.0] } else { &[0.0, 90.0, 180.0, 270.0] };
         for &degrees in turns {
@@ -403,6 +403,108 @@ fn a_turned_pipe_is_not_twisted() {
         let (low, high) = waists.iter().fold((f64::MAX, 0.0_f64), |(l, h), w| (l.min(*w), h.max(*w)));
         // Twisted by 30° it would be 8 % narrower.
         assert!(high - low < 0.006 * high, "{low} {high}");
+    }
+    let mut scene = Scene::new();
+    scene.add(Object::new("low", low.into())).unwrap();
+    scene.add(Object::new("high", pipe(3.0, 30.0, 60.0, 30.0, false).into())).unwrap();
+    let notes = run(&mut scene, fields).unwrap();
+    let told = |note: &String| {
+        note.contains("askew") && note.contains("° of a turn") && note.contains("periodic = true")
+    };
+    assert!(notes.iter().any(told), "{notes:?}");
+}
+
+/// A ring of so many control vertices, of a cubic at that radius but for ripples, from `low` to `high`.
+fn ring(count: usize, radius: f64, low: f64, high: f64, degrees: f64, periodic: bool) -> Surface {
+    let u = Space::periodic_uniform(3, count).unwrap();
+    let v = Space::clamped_uniform(3, 5).unwrap();
+    let net = (0..count * 5).map(|k| {
+        let angle = std::f64::consts::TAU * (k / 5) as f64 / count as f64 + degrees.to_radians();
+        Point::new(radius * angle.cos(), radius * angle.sin(), low + (high - low) * (k % 5) as f64 / 4.0)
+    });
+    let ring = Surface::new(u, v, net.collect()).unwrap();
+    if periodic { ring } else { ring.to_clamped().unwrap() }
+}
+
+/// However a ring is turned about its axis, and whether it has a seam or not, lines across it go on where they end on the other, to a degree, either way round; the
+/// constraint, which begins at a knot of the other where it has to lie on it exactly, says by how much that is askew.
+#[test]
+fn rings_at_any_angle_are_not_twisted() {
+    let mut seed = 11_u64;
+    let mut next = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut straight = [0, 0];
+    for case in 0..20 {
+        let degrees = if case == 0 { 77.7 } else { 360.0 * next() };
+        let count = [8, 12, 16][case % 3];
+        for (periodic, backwards) in [(true, false), (false, false), (true, true), (false, true)] {
+            let low = ring(count, 5.0, 0.0, 20.0, 0.0, case % 2 == 0);
+            let mut high = ring(12, 3.0, 30.0, 60.0, degrees, periodic);
+            if backwards {
+                high = high.reverse(Direction::U).unwrap();
+            }
+            let mut scene = Scene::new();
+            scene.add(Object::new("low", low.clone().into())).unwrap();
+            scene.add(Object::new("high", high.into())).unwrap();
+            let fields = json!({ "object": "high", "edge": "v0", "with": { "object": "low", "edge": "v1" }, "continuity": 1 });
+            let notes = run(&mut scene, fields).unwrap_or_else(|e| panic!("{degrees} {periodic}: {e}"));
+            let found = scene.surface("high").unwrap();
+            let ((a, b), (c, d)) = (found.u().domain(), found.v().domain());
+            let mut worst = 0.0_f64;
+            for k in 0..=90 {
+                let at = (a + (b - a) * f64::from(k) / 90.0).min(b);
+                let [here, there] = [c, d].map(|v| found.point(at, v).unwrap()).map(|p| p.y.atan2(p.x));
+                let turn = (here - there + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU);
+                worst = worst.max((turn - std::f64::consts::PI).abs().to_degrees());
+            }
+            let askew = notes.iter().find_map(|note| {
+                let (before, _) = note.split_once("° of a turn from where the two are nearest")?;
+                before.rsplit(' ').next()?.parse::<f64>().ok()
+            });
+            // What has a seam may have to begin at a knot: then it says by how much lines are askew, and what to do.
+            match askew {
+                None => assert!(worst < 1.0, "{degrees} {periodic} {backwards}: {worst} {notes:?}"),
+                Some(turn) => {
+                    assert!(!periodic && turn < 23.0, "{degrees} {periodic} {backwards}: {notes:?}");
+                    assert!((worst - turn).abs() < 1.0, "{degrees}: {worst} {notes:?}");
+                    assert!(
+                        notes.iter().any(|note| note.contains("`simplify` with `periodic = true`")),
+                        "{notes:?}"
+                    );
+                }
+            }
+            straight[usize::from(periodic)] += usize::from(askew.is_none());
+        }
+    }
+    assert!(straight[1] == 40 && straight[0] > 10, "{straight:?}");
+}
+
+/// The constraint, under which an edge lies on the other exactly, begins it at a knot of that, and says by how much lines across run askew and what to do.
+#[test]
+fn an_edge_that_begins_at_a_knot_says_how_far_askew_that_is() {
+    for (degrees, periodic, askew) in
+        [(0.0, true, None), (90.0, false, None), (40.0, true, Some("10°")), (77.7, false, Some("12.3°"))]
+    {
+        let (low, high) = (ring(12, 5.0, 0.0, 20.0, 0.0, true), ring(12, 3.0, 30.0, 60.0, degrees, periodic));
+        let low = if periodic { low } else { low.to_clamped().unwrap() };
+        let asked = matching(Edge::VStart, 1, Edge::VEnd, 0, Limits::default());
+        let edited = Edit::new(&high)
+            .with(low.boxed())
+            .lock_on(1, 0..low.points().len() as i64)
+            .ask(asked.hold())
+            .solve()
+            .unwrap();
+        let notes = &edited.report().notes;
+        let note = notes.iter().find(|note| note.contains("askew"));
+        match askew {
+            Some(turn) => assert!(
+                note.is_some_and(|n| n.contains(turn) && n.contains("operation `match`")),
+                "{degrees}: {notes:?}"
+            ),
+            None => assert!(note.is_none(), "{degrees}: {notes:?}"),
+        }
     }
 }
 
