@@ -26,8 +26,8 @@
 //!
 //! **There and back.** Comments that start with `# Loftsman` say what OBJ has no statement for, and are read while what
 //! stands beside them is as it was written: unit and axis (the first line); a curve itself, where its Bézier form follows
-//! (`curve 3 open; knots …; points …; weights …`); a mesh and the surface that it was made of, by a fingerprint of the mesh
-//! (`mesh …`, `surface …`), which are one object; normals that were made for faces (`normals`).
+//! (`curve 3 open; knots …; points …; weights …`); a mesh and the surface that it was made of, by fingerprints of both
+//! (`mesh …`, `surface … of mesh …`), which are one object; normals that were made for faces (`normals`).
 
 mod fingerprint;
 mod number;
@@ -105,6 +105,11 @@ impl Format for Obj {
 
     fn holds(&self, own: &Parameters) -> Result<Holds, FormatError> {
         write::holds(self.declaration().holds, own)
+    }
+
+    /// Names that cannot stand in a file as they are.
+    fn further_losses(&self, scene: &Scene) -> Vec<String> {
+        write::changed_names(scene)
     }
 
     fn confidence(&self, head: &[u8]) -> Confidence {

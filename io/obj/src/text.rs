@@ -2,23 +2,23 @@
 
 use std::borrow::Cow;
 
-use loftsman_kernel::text::{clip_to, unmarked};
+use loftsman_kernel::text::{Encoding, clip_to, decoded, unmarked};
 use memchr::memchr2;
 
-/// The file as text in UTF-8 or any of its supersets of ASCII: UTF-16 with a byte order mark is decoded.
-pub(crate) fn decode(bytes: &[u8]) -> Cow<'_, [u8]> {
+/// The file as UTF-8: UTF-16 with a byte order mark is decoded, and what is older than either, which is told.
+pub(crate) fn decode(bytes: &[u8]) -> (Cow<'_, [u8]>, Option<Encoding>) {
     let wide = |big: bool| {
         let units = bytes[2..].chunks_exact(2).map(|pair| {
             if big { u16::from_be_bytes([pair[0], pair[1]]) } else { u16::from_le_bytes([pair[0], pair[1]]) }
         });
         let text: String =
             char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
-        Cow::Owned(text.into_bytes())
+        (Cow::Owned(text.into_bytes()), None)
     };
     match bytes {
         [0xff, 0xfe, ..] => wide(false),
         [0xfe, 0xff, ..] => wide(true),
-        _ => Cow::Borrowed(unmarked(bytes)),
+        _ => decoded(unmarked(bytes)),
     }
 }
 
@@ -183,7 +183,7 @@ mod tests {
             let bytes = |unit: u16| if big { unit.to_be_bytes() } else { unit.to_le_bytes() };
             let wide: Vec<u8> =
                 [0xfeff_u16].into_iter().chain("v 1".encode_utf16()).flat_map(bytes).collect();
-            assert_eq!(decode(&wide).as_ref(), b"v 1");
+            assert_eq!(decode(&wide).0.as_ref(), b"v 1");
         }
     }
 }

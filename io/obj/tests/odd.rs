@@ -153,6 +153,79 @@ fn zero_normals_do_not_cost_the_others_theirs() {
     assert_eq!([0, 1, 2].map(|k| mesh.normals.at(k, k as u32).is_some()), [true, false, true]);
 }
 
+/// Normals of no length and of another one are told with the line of the first, and those that are wrong themselves once.
+#[test]
+fn odd_normals_are_told_once_with_their_line() {
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 9 9 9\nvn 0 0 1\nvn 0 0 0 # none\nvn \\\n0 0 2\nvn 1e300 0 1e300\nvn 0 nan 0\nvn 0 0 0\n\
+        vn 0 1e-300 0\nf 1//2 2//3 3//4\nf 1//5 2//6 3//7\nf 1//8 3//8 2//2\n";
+    let (scene, report) = read(text);
+    let Geometry::Mesh(mesh) = scene.objects()[0].geometry() else { unreachable!() };
+    let normals: Vec<Option<[f64; 3]>> = (mesh.corners().iter().enumerate())
+        .map(|(corner, &point)| mesh.normals.at(corner, point).map(|n| [n.x, n.y, n.z]))
+        .collect();
+    let half = 0.5_f64.sqrt();
+    let (z, y) = (Some([0.0, 0.0, 1.0]), Some([0.0, 1.0, 0.0]));
+    for (found, expected) in normals.iter().zip([z, None, z, Some([half, 0.0, half]), None, None, y, y, z]) {
+        assert_eq!(found.is_some(), expected.is_some(), "{normals:?}");
+        let apart = found.iter().flatten().zip(expected.iter().flatten()).map(|(a, b)| (a - b).abs());
+        assert!(apart.fold(0.0, f64::max) < 1e-15, "{normals:?}");
+    }
+    let left: Vec<&str> = report.left_out.keys().map(String::as_str).collect();
+    assert_eq!(report.left_out.values().sum::<usize>(), 4, "{left:?}");
+    assert!(left.contains(&"normals of length 0 (line 6 and 1 more)"), "{left:?}");
+    assert!(left.contains(&"normals that nothing in the scene uses"), "{left:?}");
+    assert_eq!(left.iter().filter(|why| why.contains("NaN")).count(), 1, "{left:?}");
+    let read: Vec<&str> = report.approximated.keys().map(String::as_str).collect();
+    assert_eq!(read, ["normals that were not of length 1 (line 7 and 2 more)"]);
+}
+
+/// Names that differ in bytes that are no UTF-8 stay apart, in the file and in its library, and how they were read is said once.
+#[test]
+fn names_older_than_utf_8_stay_apart_and_are_said() {
+    let file = |umlauts: [&[u8]; 2]| -> Vec<u8> {
+        let [a, u] = umlauts;
+        [
+            b"mtllib f",
+            u,
+            b".mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\no M",
+            u,
+            b"ll\nusemtl f",
+            a,
+            b"\nf 1 2 3\no M",
+            a,
+            b"ll\nusemtl f",
+            u,
+            b"\nf 2 4 3\n",
+        ]
+        .concat()
+    };
+    let library = |[a, u]: [&[u8]; 2]| -> Vec<u8> {
+        [b"newmtl f", a, b"\nKd 1 0 0\nmap_Kd M", u, b"ll.png\nnewmtl f", u, b"\nKd 0 1 0\n"].concat()
+    };
+    let (windows, dos, new): ([&[u8]; 2], [&[u8]; 2], [&[u8]; 2]) =
+        ([b"\xe4", b"\xfc"], [b"\x84", b"\x81"], ["ä".as_bytes(), "ü".as_bytes()]);
+    for (own, other, said) in [
+        (windows, windows, &["t.obj, fü.mtl are not UTF-8: they were read as Windows-1252"][..]),
+        (dos, dos, &["t.obj, fü.mtl are not UTF-8: they were read as code page 437"]),
+        (windows, new, &["t.obj is not UTF-8: it was read as Windows-1252"]),
+        (new, dos, &["fü.mtl is not UTF-8: it was read as code page 437"]),
+        (new, new, &[]),
+    ] {
+        let mut source = Memory::new("t.obj", file(own));
+        source.siblings.insert("fü.mtl".to_owned(), library(other));
+        let (scene, report) = Obj.read(&source, &ReadOptions::default()).unwrap();
+        assert!(report.adds_up() && report.left_out.is_empty(), "{report:?}");
+        let found: Vec<(&str, &str)> =
+            scene.objects().iter().map(|o| (o.name(), o.materials[0].as_str())).collect();
+        assert_eq!(found, [("Müll", "fä"), ("Mäll", "fü")]);
+        let colors: Vec<[f64; 4]> = scene.materials.iter().map(|m| m.base_color).collect();
+        assert_eq!(colors, [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0]]);
+        assert!(scene.images.get("Müll.png").is_some());
+        let notes: Vec<&String> = report.notes.iter().filter(|note| note.contains("UTF-8")).collect();
+        assert_eq!(notes, said);
+    }
+}
+
 #[test]
 fn loops_that_run_backwards_are_turned_round() {
     let (forward, _) = read(SOUND);

@@ -138,6 +138,38 @@ fn what_obj_cannot_hold_is_noted() {
     }
 }
 
+/// Names that OBJ cannot hold are told beforehand and afterwards, each with what it becomes; those that it can are not.
+#[test]
+fn changed_names_are_said() {
+    let (mut scene, _) = read("v 0 0 0\nv 1 0 0\nv 0 1 0\no plain\ng side\nf 1 2 3\n");
+    let options = WriteOptions::default();
+    assert!(Obj.losses(&scene, &options).unwrap().iter().all(|loss| !loss.contains("name")));
+    let mesh = scene.objects()[0].geometry().clone();
+    for name in ["a # b", "ünï\\", " lead", "line\nbreak"] {
+        scene.add(Object::new(name, mesh.clone())).unwrap();
+    }
+    let Geometry::Mesh(grouped) = scene.object_mut("plain").unwrap().geometry_mut() else { unreachable!() };
+    grouped.groups[0].name = "left side".to_owned();
+    scene.materials.add(Material::new("#1", [1.0; 4])).unwrap();
+    let told: Vec<String> = (Obj.losses(&scene, &options).unwrap().into_iter())
+        .filter(|loss| loss.contains("cannot stand in OBJ"))
+        .collect();
+    assert_eq!(
+        told,
+        [
+            "4 names of objects cannot stand in OBJ and are changed: \"a # b\" as \"a _# b\", \"ünï\\\\\" as \"ünï_\", \" lead\" as \"lead\", …",
+            "1 name of a material cannot stand in OBJ and is changed: \"#1\" as \"_#1\"",
+            "1 name of a group cannot stand in OBJ and is changed: \"left side\" as \"left_side\"",
+        ]
+    );
+    let mut file = Memory::new("part.obj", "");
+    let report = Obj.write(&scene, &mut file, &options).unwrap();
+    assert!(told.iter().all(|told| report.losses.contains(told)), "{:?}", report.losses);
+    let names = Obj.read(&file, &ReadOptions::default()).unwrap().0;
+    let names: Vec<&str> = names.objects().iter().map(|o| o.name()).collect();
+    assert_eq!(names, ["plain", "a _# b", "ünï_", "lead", "line_break"]);
+}
+
 #[test]
 fn pictures_go_along() {
     let (mut scene, _) = read("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");

@@ -296,7 +296,8 @@ fn pictures_in_the_scene_become_files_beside_it_and_never_elsewhere() {
 fn pictures_without_names_do_not_take_those_of_other_files_of_the_folder() {
     use loftsman_kernel::material::{Channel, Image, ImageData, Material, Texture};
     let mut scene = one("cloud", Cloud { points: vec![Point::origin()] });
-    for name in ["image 0", "wood"] {
+    // The second of them is one of another file, which was merged.
+    for name in ["image 0", "image 0.001", "wood"] {
         let data = ImageData::Embedded { media_type: "image/png".into(), bytes: (*b"png").into() };
         scene.images.add(Image::new(name, data)).unwrap();
         let mut material = Material::new(name, [0.1, 0.2, 0.3, 1.0]);
@@ -309,7 +310,9 @@ fn pictures_without_names_do_not_take_those_of_other_files_of_the_folder() {
         Obj.write(&scene, &mut file, &keep()).unwrap();
         names.extend(file.pictures.into_keys());
     }
-    assert_eq!(names, ["left image 0.png", "wood.png", "right image 0.png", "wood.png"]);
+    let of =
+        |stem: &str| [format!("{stem} image 0.001.png"), format!("{stem} image 0.png"), "wood.png".into()];
+    assert_eq!(names, [of("left"), of("right")].concat());
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use loftsman_kernel::Point;
 use loftsman_kernel::brep::{Brep, Face, SurfaceForm};
-use loftsman_kernel::mesh::Mesh;
+use loftsman_kernel::mesh::{FaceGroup, Mesh};
 use loftsman_kernel::plugin::{
     Chord, Fate, Fineness, Format, Memory, Parameters, ReadOptions, UpChoice, WriteOptions, WriteReport,
 };
@@ -114,6 +114,56 @@ fn a_solid_is_a_watertight_mesh_whose_faces_are_groups_and_have_their_colours() 
     }
 }
 
+/// What comes behind the faces of a solid is in none of their groups: its own names come back, with nothing left out.
+#[test]
+fn what_follows_a_solid_is_in_none_of_its_groups() {
+    let sample = loftsman_kernel::conformance::sample_scene();
+    let kinds = ["curve", "surface", "trimmed", "mesh", "polyline", "cloud"];
+    let mut seen = std::collections::BTreeSet::new();
+    for surfaces in ["both", "exact", "mesh"] {
+        for object in sample.objects().iter().filter(|o| kinds.contains(&o.geometry().kind())) {
+            let mut scene = one("part", painted().into());
+            let mut grouped = triangle();
+            grouped.groups = vec![FaceGroup { name: "side".into(), faces: vec![0] }];
+            scene.add(Object::new("patch", grouped.into())).unwrap();
+            scene.add(Object::new("rib", object.geometry().clone())).unwrap();
+            let (file, _) = write(&scene, surfaces);
+            let (back, report) = Obj.read(&file, &ReadOptions::default()).unwrap();
+            let rib =
+                back.object("rib").unwrap_or_else(|_| panic!("{surfaces} {}", object.geometry().kind()));
+            let (told, kept) = (report.left_out.keys(), rib.geometry().kind());
+            assert!(report.left_out.keys().all(|why| !why.contains("group")), "{surfaces} {kept}: {told:?}");
+            if let Geometry::Mesh(mesh) = rib.geometry() {
+                let own = if let Geometry::Mesh(mesh) = object.geometry() { mesh.groups.len() } else { 0 };
+                assert_eq!(mesh.groups.len(), own, "{surfaces}");
+            }
+            let second = write(&back, surfaces).0;
+            let third = write(&read(&second), surfaces).0;
+            assert_eq!(String::from_utf8_lossy(&second.bytes), String::from_utf8_lossy(&third.bytes));
+            seen.insert(object.geometry().kind());
+        }
+    }
+    assert_eq!(seen.len(), kinds.len(), "{seen:?}");
+}
+
+/// Lines of a mesh are in no group of its faces.
+#[test]
+fn lines_behind_faces_are_in_none_of_their_groups() {
+    let mut mesh = triangle();
+    mesh.groups = vec![FaceGroup { name: "side".into(), faces: vec![0] }];
+    mesh.set_lines(vec![0, 1, 2], vec![0, 3]).unwrap();
+    let (file, _) = write(&one("part", mesh.clone().into()), "both");
+    let (back, report) = Obj.read(&file, &ReadOptions::default()).unwrap();
+    assert!(report.left_out.is_empty(), "{:?}", report.left_out);
+    let Geometry::Mesh(found) = back.objects()[0].geometry() else { panic!("no mesh") };
+    assert_eq!((&found.groups, found.lines().count()), (&mesh.groups, 1));
+}
+
+fn triangle() -> Mesh {
+    let points = [[0.0, 0.0, 9.0], [1.0, 0.0, 9.0], [0.0, 1.0, 9.0]].map(Point::from);
+    Mesh::new(points.to_vec(), &[vec![0, 1, 2]]).unwrap()
+}
+
 #[test]
 fn exactly_there_is_no_brep() {
     let (file, report) = write(&one("part", painted().into()), "exact");
@@ -169,6 +219,16 @@ fn trimmed_surfaces_are_one_object_with_the_mesh_that_shows_them() {
     let text = String::from_utf8(file.bytes).unwrap();
     let moved = text.replacen("\nv ", "\nv 1", 1);
     assert_eq!(read(&Memory::new("moved.obj", moved)).objects().len(), 2);
+    // So it is where one has filled the hole of the surface; a special curve bounds nothing.
+    let without = |word: &str| -> String {
+        let lines: Vec<&str> = text.lines().filter(|line| !line.starts_with(word)).collect();
+        assert!(lines.len() < text.lines().count(), "{word}");
+        lines.join("\n")
+    };
+    for (word, expected) in [("hole ", 2), ("scrv ", 1)] {
+        let (back, _) = Obj.read(&Memory::new("part.obj", without(word)), &ReadOptions::default()).unwrap();
+        assert_eq!(back.objects().len(), expected, "{word}");
+    }
     let (file, report) = write(&scene, "mesh");
     assert_eq!(report.objects[0].reason.as_deref(), Some("the surface was tessellated"));
     assert!(mesh(&read(&file), "window").face_count() > 2);

@@ -219,6 +219,66 @@ fn a_mesh_that_somebody_has_changed_beside_its_surface_is_an_object_of_its_own()
     assert_eq!(read(&Memory::new("s.obj", plain)).objects().len(), scene.objects().len() + surfaces);
 }
 
+/// Whatever of a surface is moved, the mesh beside it was not made of it; the others stay one object with theirs.
+#[test]
+fn a_surface_that_somebody_has_changed_beside_its_mesh_is_an_object_of_its_own() {
+    let tessellator = Adaptive::default();
+    let options = WriteOptions { tessellator: Some(&tessellator), ..WriteOptions::default() };
+    let mut tried = 0;
+    for seed in 0..12 {
+        let scene = spline_scene(seed, 1 + seed as usize % 3);
+        let text = String::from_utf8(written(&scene, &options).bytes).unwrap();
+        for (at, _) in text.match_indices("# Loftsman surface") {
+            let end = at + text[at..].find("end\n").unwrap();
+            for change in ["\nv ", "\nparm u ", "\nparm v "] {
+                // The first number of a vertex; the last knot.
+                let place = at + text[at..end].find(change).unwrap() + change.len();
+                let ends = |c: char| place + text[place..].find(c).unwrap();
+                let changed = match change {
+                    "\nv " => format!("{}77{}", &text[..place], &text[ends(' ')..]),
+                    _ => {
+                        let (all, last) = text[..ends('\n')].rsplit_once(' ').unwrap();
+                        let last = last.parse::<f64>().unwrap() + 1.0;
+                        format!("{all} {last}{}", &text[ends('\n')..])
+                    }
+                };
+                let (back, report) =
+                    Obj.read(&Memory::new("s.obj", changed), &ReadOptions::default()).unwrap();
+                assert_eq!(back.objects().len(), scene.objects().len() + 1, "{seed} {change:?}");
+                let said = |words: &str| report.notes.iter().any(|note| note.contains(words));
+                assert!(said("changed since: each is an object of its own"), "{:?}", report.notes);
+                tried += 1;
+            }
+        }
+    }
+    assert!(tried >= 30, "{tried}");
+}
+
+/// Of twins only the one that is as it was written has the mesh beside it.
+#[test]
+fn twins_of_which_one_was_changed_are_told_apart() {
+    let (u, v) = (Space::clamped(1, &[0.0, 1.0]).unwrap(), Space::clamped(1, &[0.0, 1.0]).unwrap());
+    let corners = [[0.0, 0.0], [0.0, 1.0], [2.0, 0.0], [2.0, 1.0]].map(|[x, y]| Point::new(x, y, 0.0));
+    let flat = Surface::new(u, v, corners.to_vec()).unwrap();
+    let mut scene = Scene::new();
+    for name in ["one", "two"] {
+        scene.add(Object::new(name, flat.clone().into())).unwrap();
+    }
+    let tessellator = Adaptive::default();
+    let options = WriteOptions { tessellator: Some(&tessellator), ..WriteOptions::default() };
+    let text = String::from_utf8(written(&scene, &options).bytes).unwrap();
+    let marks: Vec<usize> = text.match_indices("# Loftsman surface").map(|(at, _)| at).collect();
+    assert_eq!(marks.len(), 2);
+    let kinds = |text: String| -> Vec<String> {
+        let back = read(&Memory::new("s.obj", text));
+        back.objects().iter().map(|o| format!("{} {}", o.name(), o.geometry().kind())).collect()
+    };
+    assert_eq!(kinds(text.clone()), ["one surface", "two surface"]);
+    let moved = |at: usize| format!("{}{}", &text[..at], text[at..].replacen("\nv ", "\nv 7", 1));
+    assert_eq!(kinds(moved(marks[0])), ["one mesh", "one.001 surface", "two surface"]);
+    assert_eq!(kinds(moved(marks[1])), ["one surface", "two mesh", "two.001 surface"]);
+}
+
 /// The text of some object, with vertices of its own.
 fn object(kind: usize, seed: u64, name: &str) -> String {
     let mut random = Lcg::new(seed);

@@ -23,7 +23,7 @@
 //! * Comments start with `#`, `!`, `%` or `//`. Text may stand before the first row; below rows it is the heading of what
 //!   follows, where that is two rows or more (an object of its own), or a footnote, which is left out.
 //! * A Lednicer file whose counts do not fit is read by its blank lines, or by where x falls back to the leading edge.
-//! * Names are UTF-8, else Latin-1, or code page 437 where bytes have no character there.
+//! * Names are UTF-8, else Windows-1252 or code page 437 (DOS), as the letters and signs fit in better: the report says which.
 //! * Coordinates are taken as metres, z up, unless the options say otherwise: the files do not tell.
 //!
 //! In the read report an entity is a row, or a column that is left out.

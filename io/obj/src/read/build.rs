@@ -11,14 +11,16 @@ use loftsman_kernel::named::Named;
 use loftsman_kernel::plugin::{Fate, FormatError, FormatErrorKind, Place, ReadReport, Source};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 
-use super::mesh::{Uses, colored_chain, colored_points, mesh};
+use super::mesh::{Odd, Uses, colored_chain, colored_points, mesh};
 use super::mtl::Materials;
 use super::raw::Use;
 use super::reader::Reader;
 use super::section::{Look, Section, Shape};
-use crate::fingerprint::fingerprint;
+use super::tally::Tally;
+use super::unbroken::line_of_normal;
+use crate::fingerprint;
 use crate::text::show;
-use loftsman_kernel::text::counted;
+use loftsman_kernel::text::{Encoding, counted};
 
 /// The name of the material that faces before the first `usemtl` of an object have, where others follow.
 const DEFAULT: &str = "default";
@@ -56,11 +58,27 @@ fn stem(file: &str) -> Cow<'_, str> {
     }
 }
 
+/// For each section whose mesh shows a surface, whether the one that comes next of those that it is said to show is as it was written.
+fn surfaces_of(sections: &[Section]) -> Vec<Option<bool>> {
+    let mut next: BTreeMap<u64, bool> = BTreeMap::new();
+    let mut of: Vec<Option<bool>> = sections
+        .iter()
+        .rev()
+        .map(|section| {
+            next.extend(section.shown.map(|(_, mesh)| (mesh, section.is_as_written())));
+            section.shows.and_then(|mesh| next.get(&mesh).copied())
+        })
+        .collect();
+    of.reverse();
+    of
+}
+
 impl Reader {
-    /// Makes the scene of what was read.
+    /// Makes the scene of what was read; `text` is that of the file, decoded.
     pub(crate) fn finish(
         mut self,
         source: &dyn Source,
+        text: &[u8],
         scene: &mut Scene,
         report: &mut ReadReport,
     ) -> Result<(), FormatError> {
@@ -69,13 +87,13 @@ impl Reader {
             self.leave_out(&reason, 1);
         }
         self.empty_before();
-        self.without_broken(source.bytes());
+        self.without_broken(text);
         let mut uses = Uses {
             points: vec![Use::Nothing; self.raw.points.len()],
             uvs: vec![Use::Nothing; self.raw.uvs.len()],
             normals: vec![Use::Nothing; self.raw.normals.len()],
-            rescaled: 0,
-            without_direction: 0,
+            rescaled: Odd::default(),
+            without_direction: Odd::default(),
             colors_left_out: 0,
         };
         self.used.iter().for_each(|&vertex| uses.points[vertex as usize] = Use::Kept);
@@ -96,10 +114,10 @@ impl Reader {
         let mut surfaces = BTreeMap::new();
         let mut used_materials = Vec::new();
         let count = sections.len();
-        // Marks of surfaces that stand beside the meshes that show them, and the names of these.
-        let shown: BTreeSet<u64> = sections.iter().filter(|s| s.is_shown()).filter_map(|s| s.shown).collect();
+        let surfaces_of = surfaces_of(&sections);
+        // Names of meshes whose surfaces come next, by their marks.
         let mut names_of: BTreeMap<u64, String> = BTreeMap::new();
-        let mut pairs = 0;
+        let (mut pairs, mut parted) = (0, 0);
         for (at, mut section) in sections.into_iter().enumerate() {
             if section.is_empty() {
                 continue;
@@ -107,7 +125,7 @@ impl Reader {
             section.finish();
             let own = if section.name.is_empty() { stem.to_string() } else { section.name.clone() };
             // A surface has the name of the mesh that shows it.
-            let name = section.shown.and_then(|mark| names_of.remove(&mark)).unwrap_or(own);
+            let name = section.shown.and_then(|(_, mark)| names_of.remove(&mark)).unwrap_or(own);
             let is_named = !section.name.is_empty();
             let named = |e: loftsman_kernel::Error| FormatError::from(e).of(&name);
             let own_color = section.color;
@@ -120,15 +138,17 @@ impl Reader {
                 object.color = own_color.or(color);
                 scene.add(object).map(|()| unique).map_err(named)
             };
-            let mark = section.shows.filter(|mark| shown.contains(mark));
             let mut faces = None;
             if !section.corners.is_empty() {
                 let last = at + 1 == count && section.dots.is_empty();
                 let mesh = mesh(&mut self.raw, &mut section, last, &mut uses).map_err(named)?;
-                if mark.is_some_and(|mark| mark == fingerprint(&mesh)) {
-                    names_of.extend(mark.map(|mark| (mark, name.clone())));
+                let is_same = |mark: &u64| *mark == fingerprint::mesh(&mesh);
+                let mark = section.shows.filter(|_| surfaces_of[at] == Some(true)).filter(is_same);
+                if let Some(mark) = mark {
+                    names_of.insert(mark, name.clone());
                     pairs += 1;
                 } else {
+                    parted += usize::from(surfaces_of[at].is_some());
                     faces = Some(mesh);
                 }
             }
@@ -175,6 +195,11 @@ impl Reader {
             let what = "[surface stands beside the mesh that was made of it: they are|surfaces stand beside the meshes that were made of them: each is] one object";
             report.notes.push(counted(pairs, what));
         }
+        if parted > 0 {
+            let what = "mesh that was made of a surface, or this surface, has|meshes that were made of surfaces, or these surfaces, have";
+            let what = format!("[{what}] changed since: each is an object of its own");
+            report.notes.push(counted(parted, &what));
+        }
         // Where nothing is left, what is wrong is all that there is to say.
         if let Some((line, problem)) = self.first_wrong.take().filter(|_| scene.objects().is_empty()) {
             return Err(FormatError::new(Place::Line(line), problem));
@@ -213,7 +238,7 @@ impl Reader {
             let line = self.group_lines.get(first).copied().unwrap_or_default();
             self.leave_out_at("groups (g) that have no elements", unused.len(), line);
         }
-        self.account(&uses, report);
+        self.account(&uses, text, report);
         Ok(())
     }
 
@@ -323,13 +348,13 @@ impl Reader {
             let whole = clean(&text);
             let mut missing = Vec::new();
             match source.sibling(&whole) {
-                Ok(bytes) => materials.read(&whole, &bytes),
+                Ok(bytes) => self.old.extend(materials.read(&whole, &bytes)),
                 Err(e) if e.kind == FormatErrorKind::Io => missing.push((whole, e.problem)),
                 Err(_) => {
                     let names: Vec<String> = text.split_ascii_whitespace().take(64).map(clean).collect();
                     for name in names {
                         match source.sibling(&name) {
-                            Ok(bytes) => materials.read(&name, &bytes),
+                            Ok(bytes) => self.old.extend(materials.read(&name, &bytes)),
                             Err(e) => missing.push((name, e.problem)),
                         }
                     }
@@ -346,6 +371,16 @@ impl Reader {
             };
             self.leave_out(&format!("the material library of line {line}: {problem}"), 1);
         }
+        for encoding in self.old.iter().map(|(_, encoding)| *encoding).collect::<BTreeSet<Encoding>>() {
+            let files = self
+                .old
+                .iter()
+                .filter(|(_, other)| *other == encoding)
+                .map(|(file, _)| show(file.as_bytes()));
+            let files: Vec<String> = files.collect();
+            let be = if files.len() == 1 { "is not UTF-8: it was" } else { "are not UTF-8: they were" };
+            report.notes.push(format!("{} {be} read as {encoding}", files.join(", ")));
+        }
         let unknown = self.materials.list.iter().filter(|name| !materials.known(name)).count();
         if unknown > 0 {
             report.notes.push(counted(
@@ -356,7 +391,7 @@ impl Reader {
         materials
     }
 
-    fn account(&self, uses: &Uses, report: &mut ReadReport) {
+    fn account(&self, uses: &Uses, text: &[u8], report: &mut ReadReport) {
         report.count_many(Fate::Kept, "", self.kept);
         for (reason, tally) in &self.mended {
             report.count_many(Fate::Approximated, &tally.told(reason), tally.count);
@@ -393,12 +428,18 @@ impl Reader {
             let kept = list.iter().filter(|&&u| u == Use::Kept).count();
             let reason = format!("{what} that nothing in the scene uses");
             report.count_many(Fate::LeftOut, &reason, (list.len() - kept).saturating_sub(broken));
-            let changed = if what == "normals" { uses.rescaled.min(kept) } else { 0 };
+            let of = |odd: &Odd, most: usize| if what == "normals" { odd.count.min(most) } else { 0 };
+            let changed = of(&uses.rescaled, kept);
             let third = if what == "texture vertices" { self.third.min(kept) } else { 0 };
-            report.count_many(Fate::Approximated, "normals that were not of length 1", changed);
-            let gone = if what == "normals" { uses.without_direction } else { 0 };
-            let gone = gone.min(kept - changed - third);
-            report.count_many(Fate::LeftOut, "normals of length 0", gone);
+            let told = |odd: &Odd, count: usize, what: &str| {
+                let line = odd.first.filter(|_| count > 0).and_then(|first| line_of_normal(text, first));
+                line.map_or(what.to_owned(), |line| Tally::new(count, line).told(what))
+            };
+            let what = told(&uses.rescaled, changed, "normals that were not of length 1");
+            report.count_many(Fate::Approximated, &what, changed);
+            let gone = of(&uses.without_direction, kept - changed - third);
+            let what = told(&uses.without_direction, gone, "normals of length 0");
+            report.count_many(Fate::LeftOut, &what, gone);
             report.count_many(
                 Fate::Approximated,
                 "texture vertices: their third coordinate is left out",

@@ -12,11 +12,25 @@ pub(crate) struct Uses {
     pub(crate) uvs: Vec<Use>,
     pub(crate) normals: Vec<Use>,
     /// Normals that were not of unit length.
-    pub(crate) rescaled: usize,
+    pub(crate) rescaled: Odd,
     /// Normals of no length, which have no direction.
-    pub(crate) without_direction: usize,
+    pub(crate) without_direction: Odd,
     /// Colours of vertices that only some of the vertices of lines, points or free-form elements have.
     pub(crate) colors_left_out: usize,
+}
+
+/// How many entries of a list are odd, and the first of them by its number in the file.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Odd {
+    pub(crate) count: usize,
+    pub(crate) first: Option<u32>,
+}
+
+impl Odd {
+    fn add(&mut self, number: u32) {
+        self.count += 1;
+        self.first = Some(self.first.map_or(number, |first| first.min(number)));
+    }
 }
 
 /// Where faces and lines of a mesh refer to: entries of a list of the file, ascending; `None` for all of it.
@@ -76,30 +90,35 @@ fn gather<T: Copy>(list: &mut Vec<T>, origin: &Origin, last: bool, uses: &mut [U
     }
 }
 
-/// Values by corner; by point, where every corner has the value of its point's number.
+/// Values by corner, and which of the list they are; by point, where every corner has the value of its point's number.
 fn layer<T: Copy>(
     list: &mut Vec<T>,
     mut corners: Vec<u32>,
     mesh: &Mesh,
     last: bool,
     uses: &mut [Use],
-) -> Layer<T> {
+) -> (Layer<T>, Origin) {
     if corners.iter().all(|&corner| corner == NONE) {
-        return Layer::none();
+        return (Layer::none(), None);
     }
     let origin = share(&mut [&mut corners], list.len());
     let values = gather(list, &origin, last, uses);
     if values.len() == mesh.points().len() && corners == mesh.corners() {
-        return Layer::per_point(values);
+        return (Layer::per_point(values), origin);
     }
-    Layer::per_corner(values, corners)
+    (Layer::per_corner(values, corners), origin)
 }
 
 /// How much the square of a normal's length may differ from 1: files print six digits or fewer.
 const UNIT: f64 = 1e-3;
 
+/// A direction of length 1; `None` where there is none. Squares of lengths may be beyond what numbers hold.
+fn direction(normal: &Vector) -> Option<Vector> {
+    (normal / normal.amax()).try_normalize(0.0).filter(|n| n.iter().all(|c| c.is_finite()))
+}
+
 /// Normals are directions: those of another length get length 1, those of none go.
-fn directions(layer: Layer<Vector>, mesh: &Mesh, uses: &mut Uses) -> Layer<Vector> {
+fn directions((layer, origin): (Layer<Vector>, Origin), mesh: &Mesh, uses: &mut Uses) -> Layer<Vector> {
     let off = |n: &Vector| (n.norm_squared() - 1.0).abs() > UNIT;
     if !layer.values().iter().any(off) {
         return layer;
@@ -107,13 +126,14 @@ fn directions(layer: Layer<Vector>, mesh: &Mesh, uses: &mut Uses) -> Layer<Vecto
     let (mut values, corners) = layer.into_parts();
     let mut gone = Vec::new();
     for (index, normal) in values.iter_mut().enumerate().filter(|(_, n)| off(n)) {
-        match normal.try_normalize(0.0).filter(|n| n.iter().all(|c| c.is_finite())) {
+        let number = origin.as_ref().map_or(index as u32, |origin| origin[index]);
+        match direction(normal) {
             Some(unit) => {
                 *normal = unit;
-                uses.rescaled += 1;
+                uses.rescaled.add(number);
             }
             None => {
-                uses.without_direction += 1;
+                uses.without_direction.add(number);
                 gone.push(index);
             }
         }
@@ -156,7 +176,7 @@ pub(crate) fn mesh(
     if !chains.is_empty() {
         mesh.set_lines(chains, std::mem::take(&mut section.chain_starts))?;
     }
-    mesh.uvs = layer(&mut raw.uvs, std::mem::take(&mut section.textures), &mesh, last, &mut uses.uvs);
+    mesh.uvs = layer(&mut raw.uvs, std::mem::take(&mut section.textures), &mesh, last, &mut uses.uvs).0;
     let normals =
         layer(&mut raw.normals, std::mem::take(&mut section.normals), &mesh, last, &mut uses.normals);
     if !section.made_normals {

@@ -36,7 +36,7 @@ const WAVE: usize = 16;
 
 /// Whether the first bytes of a file look like OBJ: its first statements are OBJ's, and one of them is geometry.
 pub(crate) fn recognises(head: &[u8]) -> bool {
-    let text = decode(head);
+    let (text, _) = decode(head);
     let mut statements = Statements::new(&text);
     let mut geometry = false;
     while let Some((_, statement)) = statements.next() {
@@ -86,7 +86,7 @@ pub(crate) fn read(
 ) -> Result<(Scene, ReadReport), FormatError> {
     let words = [("object", Split::Object), ("group", Split::Group), ("none", Split::Never)];
     let split = options.own.choice_or("split", &words, Split::Object)?;
-    let text = decode(source.bytes());
+    let (text, encoding) = decode(source.bytes());
     let parts = part::split(&text);
     let counts = each(parts.clone(), part::count);
     let total = counts.iter().copied().fold(Counts::default(), Counts::and);
@@ -123,6 +123,7 @@ pub(crate) fn read(
     } else if options.up.is_none() {
         report.notes.push("y is taken as up, as OBJ programs have it".to_owned());
     }
-    reader.finish(source, &mut scene, &mut report)?;
+    reader.old = encoding.map(|encoding| (source.name().to_owned(), encoding)).into_iter().collect();
+    reader.finish(source, &text, &mut scene, &mut report)?;
     Ok((scene, report))
 }

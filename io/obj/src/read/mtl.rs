@@ -6,6 +6,7 @@
 use std::collections::{HashMap, HashSet};
 
 use loftsman_kernel::material::{Alpha, Channel, Material, Texture, Wrap};
+use loftsman_kernel::text::Encoding;
 
 use crate::number::{next_number, number};
 use crate::text::{OURS, Statements, decode, keyword, line_length, name, show, uncommented};
@@ -68,9 +69,9 @@ impl Materials {
         (material.textures.is_empty() && material.statements.is_empty()).then_some(material.base_color)
     }
 
-    /// Reads a library. A material that an earlier library has stays as it is.
-    pub(crate) fn read(&mut self, library: &str, bytes: &[u8]) {
-        let text = decode(bytes);
+    /// Reads a library; its name and how it was read, where it is older than UTF-8. A material that an earlier library has stays as it is.
+    pub(crate) fn read(&mut self, library: &str, bytes: &[u8]) -> Option<(String, Encoding)> {
+        let (text, encoding) = decode(bytes);
         let mut current: Option<usize> = None;
         let mut shininess = None;
         let mut roughness_said = false;
@@ -109,6 +110,7 @@ impl Materials {
                 self.list[at].roughness = roughness(shininess);
             }
         }
+        encoding.map(|encoding| (library.to_owned(), encoding))
     }
 
     fn problem(&mut self, text: String) {

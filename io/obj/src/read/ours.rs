@@ -24,8 +24,8 @@ pub(super) enum Ours {
     Mesh(u64),
     /// The object's own colour: `color 0.25 0.5 0.75 1`.
     Color([f64; 4]),
-    /// The object's surface is shown by the mesh of this mark: `surface 0123456789abcdef`.
-    Surface(u64),
+    /// The object's surface, of the first mark, is shown by the mesh of the second: `surface 0123456789abcdef of mesh 0123456789abcdef`.
+    Surface(u64, u64),
 }
 
 impl Ours {
@@ -37,7 +37,14 @@ impl Ours {
             b"normals" => Some(Self::MadeNormals),
             b"mesh" => mark(rest).map(Self::Mesh),
             b"color" => color(rest).map(Self::Color),
-            b"surface" => mark(rest).map(Self::Surface),
+            b"surface" => {
+                let (own, rest) = keyword(rest);
+                let (of, rest) = keyword(rest);
+                let (what, rest) = keyword(rest);
+                (of == b"of" && what == b"mesh")
+                    .then(|| mark(own).zip(mark(rest)))?
+                    .map(|(own, mesh)| Self::Surface(own, mesh))
+            }
             _ => None,
         }
     }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use loftsman_kernel::spline::Curve;
+use loftsman_kernel::text::Encoding;
 
 use super::Split;
 use super::freeform::{At, Freeform, Meeting, Outcome, SoFar};
@@ -89,6 +90,8 @@ pub(crate) struct Reader {
     /// Free-form elements that were read otherwise than the file has them, by what was done.
     pub(crate) mended: Tallies,
     pub(crate) third: usize,
+    /// Files that are older than UTF-8, and how they were read.
+    pub(crate) old: Vec<(String, Encoding)>,
 }
 
 impl Reader {
@@ -125,6 +128,7 @@ impl Reader {
             periodic: 0,
             mended: Tallies::new(),
             third: 0,
+            old: Vec::new(),
         }
     }
 
@@ -359,9 +363,9 @@ impl Reader {
                 let section = self.section();
                 self.sections[section].shows = Some(mark);
             }
-            Some(Ours::Surface(mark)) => {
+            Some(Ours::Surface(own, mesh)) => {
                 let section = self.section();
-                self.sections[section].shown = Some(mark);
+                self.sections[section].shown = Some((own, mesh));
             }
             Some(Ours::Color(color)) => {
                 let section = self.section();

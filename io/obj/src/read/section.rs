@@ -6,6 +6,7 @@ use loftsman_kernel::mesh::{FaceGroup, NONE};
 use loftsman_kernel::spline::{Curve, Surface, Trimmed};
 
 use super::part::Parsed;
+use crate::fingerprint;
 
 /// A free-form element that has been read.
 #[derive(Debug)]
@@ -73,9 +74,9 @@ pub(crate) struct Section {
     pub(crate) elements: Vec<Element>,
     /// Whether its normals were made when it was written.
     pub(crate) made_normals: bool,
-    /// The mark of the surface that its mesh shows; the mark of the mesh that shows its surface.
+    /// The mark of its mesh, which shows a surface; that of its surface, and of the mesh that shows it.
     pub(crate) shows: Option<u64>,
-    pub(crate) shown: Option<u64>,
+    pub(crate) shown: Option<(u64, u64)>,
 }
 
 /// Appends a run of a list that is shorter where its last entries are [`NONE`].
@@ -110,10 +111,14 @@ impl Section {
         has_some && !self.group_of.contains_key(&group) && !looks.any(|look| look.group == Some(group))
     }
 
-    /// Whether it is one surface that a mesh of its own shows.
-    pub(crate) fn is_shown(&self) -> bool {
-        self.shown.is_some()
-            && matches!(self.elements[..], [Element { shape: Shape::Surface(_) | Shape::Trimmed(_), .. }])
+    /// Whether it is one surface, which is still what its mark says.
+    pub(crate) fn is_as_written(&self) -> bool {
+        let found = match &self.elements[..] {
+            [Element { shape: Shape::Surface(surface), .. }] => fingerprint::surface(surface),
+            [Element { shape: Shape::Trimmed(trimmed), .. }] => fingerprint::trimmed(trimmed),
+            _ => return false,
+        };
+        self.shown.is_some_and(|(own, _)| own == found)
     }
 
     pub(crate) fn is_empty(&self) -> bool {

@@ -10,6 +10,11 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
+    /// So many, the first of them in that line.
+    pub(crate) fn new(count: usize, line: usize) -> Self {
+        Self { count, line }
+    }
+
     /// So many more, the first of them in that line.
     pub(crate) fn add(&mut self, count: usize, line: usize) {
         if count > 0 {

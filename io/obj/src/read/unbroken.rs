@@ -1,30 +1,29 @@
 //! What uses vertices whose own statement is wrong is left out, the rest stays.
 
-use loftsman_kernel::Vector;
 use loftsman_kernel::mesh::{FaceGroup, NONE};
 
 use super::reader::Reader;
 use super::section::Section;
 use crate::number::{index, resolve};
-use crate::text::{Statements, decode, keyword, tokens, uncommented};
+use crate::text::{Statements, keyword, tokens, uncommented};
 
 impl Reader {
     /// Takes faces, lines and points that use a broken vertex out of the sections, and broken texture vertices and
     /// normals off the corners that use them.
-    pub(super) fn without_broken(&mut self, bytes: &[u8]) {
+    pub(super) fn without_broken(&mut self, text: &[u8]) {
         let [points, uvs, normals] = std::mem::take(&mut self.broken);
         self.broken_counts = [points.len(), uvs.len(), normals.len()];
-        // A normal without direction is one that its corners do not have.
-        normals.iter().for_each(|&n| self.raw.normals[n as usize] = Vector::zeros());
         let is = |list: &[u32], entry: u32| list.binary_search(&entry).is_ok();
-        if !uvs.is_empty() {
-            let textures = self.sections.iter_mut().flat_map(|s| &mut s.textures);
-            textures.filter(|t| is(&uvs, **t)).for_each(|t| *t = NONE);
+        if !uvs.is_empty() || !normals.is_empty() {
+            for section in &mut self.sections {
+                section.textures.iter_mut().filter(|t| is(&uvs, **t)).for_each(|t| *t = NONE);
+                section.normals.iter_mut().filter(|n| is(&normals, **n)).for_each(|n| *n = NONE);
+            }
         }
         if points.is_empty() {
             return;
         }
-        let lines = first_users(bytes, &points, self.raw.points.len());
+        let lines = first_users(text, &points, self.raw.points.len());
         let mut lost = [0; 3];
         for section in &mut self.sections {
             lost[0] += section.keep_faces(|face| !face.iter().any(|&v| is(&points, v)));
@@ -47,10 +46,10 @@ impl Reader {
 
 /// The lines of the first face, the first line and the first point statement that use one of the broken vertices. Lines are not kept for
 /// each face, so that the file is looked at again, where it is broken.
-fn first_users(bytes: &[u8], broken: &[u32], total: usize) -> [Option<usize>; 3] {
+fn first_users(text: &[u8], broken: &[u32], total: usize) -> [Option<usize>; 3] {
     let mut found = [None; 3];
     let mut so_far = 0;
-    for (line, statement) in Statements::new(&decode(bytes)) {
+    for (line, statement) in Statements::new(text) {
         let (word, rest) = keyword(uncommented(&statement));
         let kind = match word {
             b"v" => {
@@ -76,6 +75,13 @@ fn first_users(bytes: &[u8], broken: &[u32], total: usize) -> [Option<usize>; 3]
         }
     }
     found
+}
+
+/// The line of a normal, by its number in the file from 0 on: the file is looked at again, as above.
+pub(super) fn line_of_normal(text: &[u8], number: u32) -> Option<usize> {
+    let is_normal = |statement: &[u8]| keyword(uncommented(statement)).0 == b"vn";
+    let mut normals = Statements::new(text).filter(|(_, statement)| is_normal(statement));
+    normals.nth(number as usize).map(|(line, _)| line)
 }
 
 impl Section {

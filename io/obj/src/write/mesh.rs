@@ -30,9 +30,8 @@ impl<W: Write> Writer<'_, W> {
         if give_normals {
             self.line("# Loftsman normals")?;
         }
-        if self.state.groups && mesh.groups.is_empty() {
-            self.line("g default")?;
-            self.state.groups = false;
+        if mesh.groups.is_empty() {
+            self.ungroup()?;
         }
         let mut changes = Changes::new(&mesh.groups);
         for (f, (face, pair)) in mesh.faces().zip(mesh.starts().windows(2)).enumerate() {
@@ -41,18 +40,15 @@ impl<W: Write> Writer<'_, W> {
             {
                 self.text.push('g');
                 for &group in active {
-                    let clean = print::group(&mesh.groups[group].name);
-                    self.notes.group_names += usize::from(clean != mesh.groups[group].name);
-                    _ = write!(self.text, " {clean}");
+                    _ = write!(self.text, " {}", print::group(&mesh.groups[group].name));
                 }
                 if active.is_empty() {
                     self.text.push_str(" default");
                 }
                 self.state.groups = !active.is_empty();
                 self.flush_line()?;
-            } else if f == 0 && self.state.groups {
-                self.line("g default")?;
-                self.state.groups = false;
+            } else if f == 0 {
+                self.ungroup()?;
             }
             let slot = mesh.materials.get(f).copied().unwrap_or(0) as usize;
             self.use_look(looks.get(slot))?;
@@ -81,6 +77,7 @@ impl<W: Write> Writer<'_, W> {
             self.flush_line()?;
         }
         if mesh.lines().next().is_some() || mesh.face_count() == 0 {
+            self.ungroup()?;
             self.use_look(looks.first())?;
         }
         if mesh.face_count() == 0 && mesh.lines().next().is_none() {

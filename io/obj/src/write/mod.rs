@@ -4,6 +4,7 @@ mod custom;
 mod exchange;
 mod mesh;
 mod mtl;
+mod names;
 mod print;
 mod spline;
 mod state;
@@ -23,6 +24,7 @@ use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::{Error, Point};
 
 use loftsman_kernel::text::counted;
+pub(crate) use names::changed as changed_names;
 use print::Names;
 use state::State;
 
@@ -131,8 +133,6 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
 struct Notes {
     /// Meshes that got a normal for each face.
     given_normals: usize,
-    /// Group names in which a blank became a low line.
-    group_names: usize,
     connections_left_out: usize,
     /// Surfaces that went out with `u` and `v` exchanged.
     exchanged: usize,
@@ -144,7 +144,6 @@ fn notes(scene: &Scene, told: &Notes, report: &mut WriteReport) {
         told.given_normals,
         "mesh[|es] without normals got one for each face: where a file has any, Blender smooths those without",
     );
-    report.say(told.group_names, "group name[|s] had blanks, which OBJ does not allow");
     report.say(
         told.connections_left_out,
         "connection[|s] [is|are] left out: [its|their] surfaces were not written exactly",
@@ -332,8 +331,14 @@ impl<W: Write> Writer<'_, W> {
         self.line(&line)
     }
 
+    /// What follows is in no group of the faces before it: curves would be named after these.
+    fn ungroup(&mut self) -> std::io::Result<()> {
+        if std::mem::take(&mut self.state.groups) { self.line("g default") } else { Ok(()) }
+    }
+
     /// `l a b` pairs: MeshLab reads only the first segment of a longer `l`.
     fn polyline(&mut self, line: &Polyline) -> Result<usize, FormatError> {
+        self.ungroup()?;
         let first = self.vertices(&line.points, None)?;
         let n = line.points.len();
         let segments = if line.closed { n } else { n - 1 };
@@ -345,6 +350,7 @@ impl<W: Write> Writer<'_, W> {
     }
 
     fn cloud(&mut self, cloud: &Cloud) -> Result<(), FormatError> {
+        self.ungroup()?;
         let first = self.vertices(&cloud.points, None)?;
         for k in 0..cloud.points.len() {
             _ = write!(self.text, "p {}", first + k);

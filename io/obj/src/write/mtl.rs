@@ -48,11 +48,12 @@ fn file_name(name: &str, extension: &str) -> String {
     }
 }
 
-/// Whether a picture's name only says which one of its file it is, as readers call those without a name.
+/// Whether a picture's name only says which one of its file it is, as readers call those without a name; where files were merged, with a
+/// number behind it.
 fn is_made_up(name: &str) -> bool {
     let number = name.strip_prefix("image ").or_else(|| name.strip_prefix("picture "));
-    number.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
-        || !name.chars().any(char::is_alphanumeric)
+    let is_number = |n: &str| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit());
+    number.is_some_and(|n| n.split('.').all(is_number)) || !name.chars().any(char::is_alphanumeric)
 }
 
 /// The name itself, or with a number before its extension where it is taken.
@@ -308,8 +309,16 @@ mod tests {
         assert_eq!(file_name("../../etc/passwd", "png"), "_.._etc_passwd.png");
         assert_eq!(file_name("wood.PNG", "png"), "wood.png");
         assert_eq!(file_name("..", "jpg"), "picture.jpg");
-        assert!(["image 0", "image 12", "", "..", "picture 3"].into_iter().all(is_made_up));
-        assert!(["image", "image 0b", "wood 1", "2"].into_iter().all(|name| !is_made_up(name)));
+        assert!(
+            ["image 0", "image 12", "", "..", "picture 3", "image 0.001", "image 2.001.002"]
+                .into_iter()
+                .all(is_made_up)
+        );
+        assert!(
+            ["image", "image 0b", "wood 1", "2", "image 0.", "image .1", "image 0.png"]
+                .into_iter()
+                .all(|name| !is_made_up(name))
+        );
         let mut taken = HashSet::from(["a.png".to_owned()]);
         assert_eq!(unique("A.png".into(), &mut taken), "A.001.png");
         for outside in ["/a", "../a", "a/../b", "c:/a", "a\\b", ""] {

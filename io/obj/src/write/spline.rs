@@ -32,6 +32,7 @@ impl<W: Write> Writer<'_, W> {
         let form =
             if self.knots == Knots::Bezier { Cow::Owned(curve.bezier_form()?) } else { Cow::Borrowed(curve) };
         let space = form.space();
+        self.ungroup()?;
         if *form != *curve {
             self.own_knots(curve)?;
         }
@@ -144,6 +145,7 @@ impl<W: Write> Writer<'_, W> {
 
     /// A surface up to its knots.
     fn surface_head(&mut self, name: &str, surface: &Surface) -> Result<(), FormatError> {
+        self.ungroup()?;
         let first = self.vertices(surface.points(), surface.weights())?;
         let (u, v) = (surface.u(), surface.v());
         self.kind(surface.weights().is_some(), &[u.degree(), v.degree()])?;

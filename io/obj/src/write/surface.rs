@@ -12,7 +12,7 @@ use loftsman_kernel::scene::{Geometry, Object};
 use loftsman_kernel::text::a;
 
 use super::{Surfaces, Writer};
-use crate::fingerprint::fingerprint;
+use crate::fingerprint;
 use loftsman_kernel::text::counted;
 
 /// A surface of whatever kind as a mesh.
@@ -104,7 +104,7 @@ impl<W: Write> Writer<'_, W> {
                 let name = self.name(object.name())?;
                 if exact {
                     // Who reads both reads one object, which has the name of the mesh.
-                    let fingerprint = fingerprint(&mesh);
+                    let fingerprint = fingerprint::mesh(&mesh);
                     self.line(&format!("# Loftsman mesh {fingerprint:016x}"))?;
                     mark = Some((name, fingerprint));
                 }
@@ -156,7 +156,12 @@ impl<W: Write> Writer<'_, W> {
         self.element_material(object)?;
         self.name(mark.as_ref().map_or(object.name(), |(name, _)| name))?;
         if let Some((_, mark)) = mark {
-            self.line(&format!("# Loftsman surface {mark:016x}"))?;
+            let own = match geometry {
+                Geometry::Surface(surface) => fingerprint::surface(surface),
+                Geometry::Trimmed(trimmed) => fingerprint::trimmed(trimmed),
+                _ => return Ok(()),
+            };
+            self.line(&format!("# Loftsman surface {own:016x} of mesh {mark:016x}"))?;
         }
         let form = match geometry {
             Geometry::Surface(surface) => {

@@ -22,47 +22,71 @@ pub(super) fn lednicer_counts(block: &Block) -> Option<(usize, usize)> {
     (apart || outside).then_some((upper, lower))
 }
 
-/// A counts row that does not fit the rows behind it: two whole numbers, set apart by a blank line, that add up to the rows all the same, or
-/// are far outside the unit chord that all other rows keep to.
-pub(super) fn wrong_counts(block: &Block) -> Option<(f64, f64, usize)> {
+/// Two whole numbers in the first row, and the rows behind it.
+fn counts_and_rows(block: &Block) -> Option<((f64, f64), &[Point])> {
     let (first, rest) = block.points.split_first()?;
     let whole = |x: f64| x >= 2.0 && x.fract() == 0.0;
-    let unit = |p: &Point| p.x >= -0.5 && p.x <= 1.5 && p.y.abs() <= 1.0;
-    let counts = whole(first.x) && whole(first.y) && block.gaps.contains(&1);
-    let as_many = first.x + first.y == rest.len() as f64;
-    (counts && !rest.is_empty() && (as_many || rest.iter().all(unit))).then_some((
-        first.x,
-        first.y,
-        rest.len(),
-    ))
+    (whole(first.x) && whole(first.y) && !rest.is_empty()).then_some(((first.x, first.y), rest))
 }
 
-/// The rows of the two surfaces of a file with a counts row that does not fit them: those between its blank lines, or up
-/// to where x falls back from the trailing edge to the leading edge.
-pub(super) fn lednicer_blocks(block: &Block) -> Option<(usize, usize)> {
-    let (_, _, rows) = wrong_counts(block)?;
-    let rest = &block.points[1..];
-    let split = match block.gaps[..] {
-        [1, second] => second - 1,
-        [1] => {
-            let mut falls = (1..rows).filter(|&k| rest[k].x < rest[k - 1].x);
-            let split = falls.next()?;
-            if falls.next().is_some() {
-                return None;
-            }
-            split
-        }
-        _ => return None,
-    };
+/// Whether a point is near to the unit chord.
+fn is_unit(p: &Point) -> bool {
+    p.x >= -0.5 && p.x <= 1.5 && p.y.abs() <= 1.0 && p.z == 0.0
+}
+
+/// Whether these are the two surfaces of an airfoil: each runs along x one way, and both end where the other does: else one of them is cut off.
+fn are_surfaces(upper: &[Point], lower: &[Point]) -> bool {
     let runs = |part: &[Point]| {
         let (there, back) = (|w: &[Point]| w[1].x >= w[0].x, |w: &[Point]| w[1].x <= w[0].x);
         part.len() >= 2 && (part.windows(2).all(there) || part.windows(2).all(back))
     };
     let trailing = |part: &[Point]| part.iter().map(|p| p.x).reduce(f64::max);
-    let (upper, lower) = rest.split_at(split);
-    // Both end where the other does: else one of them is cut off.
     let ends_meet = trailing(upper).zip(trailing(lower)).is_some_and(|(a, b)| (a - b).abs() <= 0.05);
-    (runs(upper) && runs(lower) && ends_meet).then_some((split, rows - split))
+    runs(upper) && runs(lower) && ends_meet
+}
+
+/// A counts row that does not fit the rows behind it: two whole numbers, set apart by a blank line, that add up to the rows all the same, or
+/// are far outside the unit chord that all other rows keep to, or those up to the next blank lines, where these are two surfaces.
+pub(super) fn wrong_counts(block: &Block) -> Option<(f64, f64, usize)> {
+    let ((upper, lower), rest) = counts_and_rows(block)?;
+    let as_many = upper + lower == rest.len() as f64;
+    let surfaces = || match block.gaps[..] {
+        [1, second, third, ..] => {
+            let (one, other) = (&rest[..second - 1], &rest[second - 1..third - 1]);
+            one.iter().chain(other).all(is_unit) && are_surfaces(one, other)
+        }
+        _ => false,
+    };
+    let counts = block.gaps.contains(&1) && (as_many || rest.iter().all(is_unit) || surfaces());
+    counts.then_some((upper, lower, rest.len()))
+}
+
+/// The rows of the two surfaces of a file with a counts row that does not fit them: those between its blank lines, or up
+/// to where x falls back from the trailing edge to the leading edge.
+pub(super) fn lednicer_blocks(block: &Block) -> Option<(usize, usize)> {
+    let (_, rest) = counts_and_rows(block)?;
+    let falls_back = || {
+        let mut falls = (1..rest.len()).filter(|&k| rest[k].x < rest[k - 1].x);
+        falls.next().filter(|_| falls.next().is_none())
+    };
+    let split = match block.gaps[..] {
+        [1, second] => wrong_counts(block).map(|_| second - 1)?,
+        [1] => wrong_counts(block).and_then(|_| falls_back())?,
+        // Nothing but the shape of all others says that the first row is none of them.
+        [] => {
+            let split = falls_back().filter(|_| rest.iter().all(is_unit))?;
+            (rest[0].x - rest[split].x).abs().le(&0.05).then_some(split)?
+        }
+        _ => return None,
+    };
+    let (upper, lower) = rest.split_at(split);
+    are_surfaces(upper, lower).then_some((split, rest.len() - split))
+}
+
+/// A first row that may count others and does not, far outside the unit chord that these keep to.
+pub(super) fn stray(block: &Block) -> Option<(f64, f64)> {
+    let (counts, rest) = counts_and_rows(block)?;
+    (rest.len() >= 4 && rest.iter().all(is_unit)).then_some(counts)
 }
 
 /// What came of two surfaces.

@@ -123,22 +123,9 @@ pub(super) fn before_comment(line: &[u8]) -> &[u8] {
     }
 }
 
-/// What the bytes from 128 up are in code page 437, that of DOS.
-const CP437: &str = "ÇüéâäàåçêëèïîìÄÅÉæÆôöòûùÿÖÜ¢£¥₧ƒáíóúñÑªº¿⌐¬½¼¡«»░▒▓│┤╡╢╖╕╣║╗╝╜╛┐└┴┬├─┼╞╟╚╔╩╦╠═╬╧╨╤╥╙╘╒╓╫╪┘┌█▄▌▐▀\
-    αßΓπΣσµτΦΘΩδ∞φε∩≡±≥≤⌠⌡÷≈°∙·√ⁿ²■\u{a0}";
-
-/// Bytes as text: UTF-8, or else Latin-1, where old files have their accents from; older ones have them from code page
-/// 437, which it must be where Latin-1 has no characters (128 to 159).
+/// Bytes of a text that has been decoded; those of the head of a file, which has not, may have characters cut off.
 pub(super) fn text(bytes: &[u8]) -> String {
-    if let Ok(text) = std::str::from_utf8(bytes) {
-        return text.to_owned();
-    }
-    let is_dos = bytes.iter().any(|b| (128..160).contains(b));
-    let letter = |b: u8| match b.checked_sub(128).filter(|_| is_dos) {
-        Some(place) => CP437.chars().nth(usize::from(place)).unwrap_or(char::REPLACEMENT_CHARACTER),
-        None => char::from(b),
-    };
-    bytes.iter().map(|&b| letter(b)).collect()
+    String::from_utf8_lossy(bytes).into_owned()
 }
 
 /// The start of a text, on one line, for messages.
@@ -181,19 +168,6 @@ mod tests {
         assert_eq!(split(Separator::Comma, "\"open, 2"), ["\"open", "2"]);
         assert_eq!(split(Separator::Comma, "\"1\"5,2"), ["\"1\"5", "2"]);
         assert!(split(Separator::Comma, "").is_empty());
-    }
-
-    #[test]
-    fn accents_of_every_age() {
-        assert_eq!(CP437.chars().count(), 128);
-        for (bytes, expected) in [
-            (&b"G\xc3\xb6ttingen"[..], "Göttingen"),
-            (b"G\xf6ttingen", "Göttingen"),
-            (b"G\x94ttingen 12\xf8", "Göttingen 12°"),
-            (b"\x80\x9f\xff", "Çƒ\u{a0}"),
-        ] {
-            assert_eq!(text(bytes), expected);
-        }
     }
 
     #[test]

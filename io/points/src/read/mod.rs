@@ -14,7 +14,7 @@ use loftsman_kernel::plugin::{
     refuse_utf16,
 };
 use loftsman_kernel::scene::{Geometry, Object, Scene};
-use loftsman_kernel::text::unmarked;
+use loftsman_kernel::text::{decoded, unmarked};
 
 use line::Separator;
 use scan::{Block, Scan};
@@ -47,9 +47,13 @@ pub(crate) fn file(
 ) -> Result<(Scene, ReadReport), FormatError> {
     let kinds = [("polyline", Some(Kind::Polyline { closed: None })), ("cloud", Some(Kind::Cloud))];
     let asked = options.own.choice_or("as", &kinds, None)?;
-    let mut scan = Scan::new(check_text(source.bytes())?, options.observer)?;
+    let (text, encoding) = decoded(check_text(source.bytes())?);
+    let mut scan = Scan::new(&text, options.observer)?;
     options.limits.check_entities(scan.rows())?;
     let mut reading = Reading::default();
+    if let Some(encoding) = encoding {
+        reading.note(format!("the text is not UTF-8: it was read as {encoding}"));
+    }
     reading.preface(&mut scan, source.name())?;
     let blocks = std::mem::take(&mut scan.blocks);
     // Headers without rows (a zone of remarks) are no objects, unless the file is our own.
@@ -113,8 +117,12 @@ struct Reading {
 }
 
 impl Reading {
+    /// Once for all outlines of a file.
     fn note(&mut self, note: impl Into<String>) {
-        self.report.notes.push(note.into());
+        let note = note.into();
+        if !self.report.notes.contains(&note) {
+            self.report.notes.push(note);
+        }
     }
 
     /// Everything before and beside the rows: name, counts, columns.
@@ -228,7 +236,7 @@ impl Reading {
                 "Lednicer airfoil: {upper} and {lower} rows from the leading edge became one outline, from the \
                  trailing edge over the upper side and the nose to the lower trailing edge"
             ));
-            self.report.notes.extend(outline.notes.iter().map(|&note| note.to_owned()));
+            outline.notes.iter().for_each(|&note| self.note(note));
             self.report.count(Fate::LeftOut, "the row that counts the others is no point");
             let shared = usize::from(outline.shared_nose);
             self.report.count_many(
@@ -240,13 +248,21 @@ impl Reading {
             block.gaps.clear();
             block.kind = Some(Kind::Polyline { closed: None });
         } else if let Some((upper, lower, rows)) = airfoil::wrong_counts(block) {
+            let blocks = block.gaps.len();
+            let several = if blocks > 2 { format!(" in {blocks} blocks") } else { String::new() };
             let problem = format!(
-                "the first row counts {upper} and {lower} rows, but {rows} follow: the file is cut off, or the counts are wrong"
+                "the first row counts {upper} and {lower} rows, but {rows} follow{several}: the file is cut off, or the counts are wrong"
             );
             return Err(FormatError::new(Place::Line(block.line), problem));
         } else if airfoil::is_selig(&block.points) {
             self.note("Selig airfoil: from the trailing edge around the nose and back");
             block.kind = Some(Kind::Polyline { closed: None });
+        } else if let Some((x, y)) = airfoil::stray(block) {
+            let rows = block.points.len() - 1;
+            self.note(format!(
+                "line {} is taken as the point ({x}, {y}), far from all others: if it counts rows, it is not the {rows} that follow",
+                block.line
+            ));
         }
         Ok(())
     }
@@ -258,12 +274,9 @@ impl Reading {
         let kind = asked.or(block.kind).unwrap_or(usual);
         if asked.is_none() && block.kind.is_none() {
             let (kind, other) = if loose { ("cloud", "polyline") } else { ("polyline", "cloud") };
-            let note =
-                format!("the rows are taken as a {kind}; the option as = \"{other}\" takes them otherwise");
-            // Once for all outlines of a file.
-            if !self.report.notes.contains(&note) {
-                self.note(note);
-            }
+            self.note(format!(
+                "the rows are taken as a {kind}; the option as = \"{other}\" takes them otherwise"
+            ));
         }
         let mut points = block.points;
         let Kind::Polyline { closed } = kind else {

@@ -143,7 +143,7 @@ impl<'t> Scanner<'t> {
                 "a column is empty: every row needs all its coordinates".to_owned()
             }
             RowFault::Field(word, NumberFault::Word) => format!(
-                "\"{word}\" is not a number: rows are numbers; text may stand in lines of its own before and below the rows, or behind #, ! or %"
+                "\"{word}\" is not a number: rows are numbers; text may stand in lines of its own before and below the rows, over two rows or more, or behind #, ! or %"
             ),
             RowFault::Field(word, why) => format!("\"{word}\" {}", why.says()),
             RowFault::Count(1) => "the row has one number: a point needs two or three".to_owned(),
@@ -195,7 +195,16 @@ impl<'t> Scanner<'t> {
     fn check_headed(&mut self) -> Result<(), (usize, String)> {
         let is_short = self.scan.headed && self.scan.blocks.last().is_some_and(|b| b.points.len() < 2);
         match self.no_row.take() {
-            Some(wrong) if is_short && self.below.is_empty() => Err(wrong),
+            Some((line, _)) if is_short && self.below.is_empty() => {
+                let heading = self.scan.blocks.last().and_then(|b| b.name.as_deref()).unwrap_or_default();
+                Err((
+                    line,
+                    format!(
+                        "\"{}\" is not a number: a heading of rows has two of them or more below it, and here is one; other text may stand in lines of its own before and below the rows, or behind #, ! or %",
+                        clip(heading.as_bytes())
+                    ),
+                ))
+            }
             other => {
                 self.no_row = other.filter(|_| !self.below.is_empty());
                 Ok(())

@@ -213,3 +213,74 @@ fn names_have_their_accents_whatever_wrote_them() {
         assert_eq!(read("a.dat", bytes).unwrap().0.objects()[0].name(), "Gö 387");
     }
 }
+
+/// Where no blank lines set the counts apart, the shape of the rows does, or the report asks.
+#[test]
+fn counts_that_contradict_the_rows_are_no_silent_point() {
+    let usual = coordinates(&read("a.dat", LEDNICER).unwrap().0);
+    let wrong = LEDNICER.replace("       3.       4.\n", "       4.       5.\n").replace("\n\n", "\n");
+    let (scene, report) = read("a.dat", wrong.as_str()).unwrap();
+    assert_eq!(coordinates(&scene), usual);
+    let told = "line 2 counts 4 and 5 rows, but 3 and 4 follow: these are taken";
+    assert!(report.adds_up() && report.notes.iter().any(|n| n == told), "{:?}", report.notes);
+
+    // Not two surfaces: a point, as it stands, and the report says so.
+    let rows = "0 0\n0.5 0.08\n1 0\n0.2 0\n0.5 -0.05\n0.1 0\n";
+    let (scene, report) = read("a.dat", format!("FOIL\n4. 3.\n{rows}")).unwrap();
+    assert_eq!(coordinates(&scene).len(), 7);
+    let told = "line 2 is taken as the point (4, 3), far from all others: if it counts rows, it is not the 6 that follow";
+    assert!(report.notes.iter().any(|n| n == told), "{:?}", report.notes);
+    // A polygon of points is one.
+    for polygon in ["2 2\n0 0\n5 5\n9 0\n3 -4\n1 1\n", "0.5 0.5\n0 0\n1 0\n1 1\n0 1\n", "3 2\n0 0\n1 0\n"] {
+        let (scene, report) = read("a.dat", polygon).unwrap();
+        assert_eq!(coordinates(&scene).len(), polygon.lines().count());
+        assert!(report.notes.iter().all(|n| !n.contains("counts")), "{:?}", report.notes);
+    }
+
+    // A third block: which two are meant is not said.
+    for counts in ["4. 3.", "3. 3."] {
+        let text = format!("FOIL\n{counts}\n\n0 0\n0.5 0.08\n1 0\n\n0 0\n0.5 -0.05\n1 0\n\n7 7\n8 8\n");
+        let error = read("a.dat", text).unwrap_err().to_string();
+        assert!(error.contains("line 2") && error.contains("but 8 follow in 3 blocks"), "{error}");
+    }
+}
+
+#[test]
+fn a_heading_of_one_row_is_named() {
+    let error =
+        read("a.xyz", "0 0 0\n1 0 0\n2 1 0\nsecond\n0 0 1\n1 0 1\nthird\n5 5 5\n").unwrap_err().to_string();
+    assert!(
+        error.contains("line 7")
+            && error
+                .contains("\"third\" is not a number: a heading of rows has two of them or more below it"),
+        "{error}"
+    );
+    let error = read("a.xyz", "0 0 0\n1 0 0\n2 x 0\n").unwrap_err().to_string();
+    assert!(error.contains("line 3") && error.contains("over two rows or more"), "{error}");
+}
+
+/// What holds for all outlines is said once; how a text that is no UTF-8 was read is said.
+#[test]
+fn notes_come_once_and_tell_the_encoding() {
+    let outline = "1 0\n0.5 0.1\n0 0\n0.5 -0.05\n1 0\n";
+    let (_, report) = read("a.dat", format!("ONE\n{outline}TWO\n{outline}")).unwrap();
+    assert_eq!(
+        report.notes.iter().filter(|n| n.starts_with("Selig airfoil")).count(),
+        1,
+        "{:?}",
+        report.notes
+    );
+    for (name, text, encoding) in [
+        (&b"\x93NACA\x94 0012 \x96 12 %"[..], "“NACA” 0012 – 12 %", "Windows-1252"),
+        (b"\xc9\xcd\xcd\xbb FOIL \xba", "╔══╗ FOIL ║", "code page 437"),
+        (b"M\x9aLLER H\x94he", "MÜLLER Höhe", "code page 437"),
+        (b"G\xf6ttingen 12\xb0", "Göttingen 12°", "Windows-1252"),
+    ] {
+        let (scene, report) = read("a.dat", [name, b"\n", outline.as_bytes()].concat()).unwrap();
+        assert_eq!(scene.objects()[0].name(), text);
+        let told = format!("the text is not UTF-8: it was read as {encoding}");
+        assert!(report.notes.contains(&told), "{:?}", report.notes);
+    }
+    let (_, report) = read("a.dat", format!("“GÖ”\n{outline}")).unwrap();
+    assert!(report.notes.iter().all(|n| !n.contains("UTF-8")), "{:?}", report.notes);
+}

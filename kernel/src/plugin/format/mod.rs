@@ -58,8 +58,19 @@ pub trait Format: Send + Sync {
         let holds = self.holds(&options.own)?;
         match holds.refusal(scene) {
             Some(problem) => Err(FormatError::whole(problem).as_kind(FormatErrorKind::Unsupported)),
-            None => Ok(holds.losses(scene, options)),
+            None => {
+                let mut losses = holds.losses(scene, options);
+                losses.extend(self.further_losses(scene));
+                Ok(losses)
+            }
         }
+    }
+
+    /// What is lost or changed of a scene that no declaration says, a line for each kind of thing: names that cannot stand in a file as they
+    /// are. Told behind what is declared, by [`losses`](Self::losses). Nothing by default.
+    fn further_losses(&self, scene: &Scene) -> Vec<String> {
+        let _ = scene;
+        Vec::new()
     }
 
     /// How finely it has splines cut where nobody says: what its readers look at closely wants more. A thousandth of the diagonal

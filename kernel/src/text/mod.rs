@@ -1,6 +1,10 @@
 //! Text of files and messages: what all formats write and read alike.
 
+mod encoding;
+
 use std::io::{self, Write};
+
+pub use encoding::{Encoding, decoded};
 
 /// A noun behind its article: `"a curve"`, `"an instance"`.
 pub fn a(noun: &str) -> String {
