@@ -6,3 +6,4 @@ mod ranges;
 mod rims;
 mod springs;
 mod surfaces;
+mod together;

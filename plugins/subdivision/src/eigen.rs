@@ -4,7 +4,7 @@
 pub(crate) type Matrix = Vec<Vec<(u32, f64)>>;
 
 /// Multiplications after which a vertex is said to come to no point, or to have no tangent plane.
-const MOST: usize = 20_000;
+pub(crate) const MOST: usize = 20_000;
 /// What changes by no more than this is looked on as found, and multiplied as often again: the error is then its square.
 const NEARLY: f64 = 4e-15;
 /// The part of a second tangent beside the first below which there is none but by rounding.

@@ -21,9 +21,10 @@ fn stirred(count: usize, seed: u64) -> Vec<f64> {
     (0..count as u64).map(|k| 1.0 + 0.95 * noise(100 * seed + k)).collect()
 }
 
-/// Intervals of rows between a third and three.
-fn spread(seed: u64) -> impl Fn(u64) -> f64 {
-    move |row| 3.0_f64.powf(noise(1000 * seed + row))
+/// Intervals of rows in a ratio of 1:2, which any number of edges bears; of a hundred where there are no more than four.
+fn spread(name: &str, seed: u64) -> impl Fn(u64) -> f64 {
+    let few = ["cube", "cube with a hole", "tetrahedron", "torus", "sheet", "ring"].contains(&name);
+    move |row| if few { 10.0_f64 } else { 1.414 }.powf(noise(1000 * seed + row))
 }
 
 /// Where the spans of vertices `i` and `i + 1` meet.
@@ -52,7 +53,10 @@ fn some() -> Vec<(String, Cage)> {
 
 /// With one interval a row, and of each row another.
 fn uneven() -> Vec<(String, Cage)> {
-    let each = |(k, (name, cage)): (usize, (String, Cage))| (name, rowed(&cage, spread(k as u64)));
+    let each = |(k, (name, cage)): (usize, (String, Cage))| {
+        let by_rows = rowed(&cage, spread(&name, k as u64));
+        (name, by_rows)
+    };
     some().into_iter().enumerate().map(each).collect()
 }
 
@@ -72,7 +76,7 @@ fn of_a_grid_it_is_the_spline() {
                 (rows, columns) = (
                     vec![1.0 / 1024.0, 1024.0, 1.0, 0.5, 3.0, 2.0],
                     vec![1.0, 256.0, 0.25, 4.0, 4.0, 8.0, 1.5],
-                )
+                );
             }
             _ => {}
         }
@@ -476,6 +480,19 @@ fn what_there_is_none_of_says_so() {
     let fan = crate::shapes::fan(5, 4, true, 0.1);
     let none = refused(rowed(&fan, |row| if row == 0 { 0.0 } else { 1.0 }));
     assert!(none.contains("has the interval 0 towards"), "{none}");
+    // Twelve edges bear a ratio of 1:2 and not one of 1:100; three any.
+    for (n, ratio, smooth) in [(12, 2.0, true), (12, 100.0, false), (5, 9.0, true), (3, 1e6, true)] {
+        let cage = rowed(&crate::shapes::fan(n, 4, true, 0.1), |row| if row % 3 == 0 { ratio } else { 1.0 });
+        match DooSabinSurface::new(cage) {
+            Ok(_) => assert!(smooth, "{n} {ratio}"),
+            Err(error) => {
+                assert!(
+                    !smooth && error.to_string().starts_with("vertex 0 has 12 edges"),
+                    "{n} {ratio}: {error}"
+                );
+            }
+        }
+    }
     for bad in [-1.0, f64::NAN, f64::INFINITY, 1e-200] {
         let error = grid().with_end_interval(6, 7, bad).unwrap_err().to_string();
         assert!(error.contains("interval of vertex 6 towards 7"), "{error}");

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
 
 use loftsman_kernel::Point;
+use loftsman_kernel::shape::{Derivative, Location, Shape};
 use loftsman_subdivision::{BoundaryRule, Cage, Polygon, Scheme, catmull_clark, doo_sabin};
 use proptest::prelude::*;
 
@@ -113,6 +114,45 @@ proptest! {
             }
             cage = cage.with_corner(0, sharp[39]).unwrap().with_hole(0).unwrap();
             ask(&cage);
+        }
+    }
+
+    #[test]
+    fn a_row_of_any_interval(
+        which in 0usize..9,
+        rows in prop::collection::vec(prop_oneof![0.2..3.0, 0.2..3.0, Just(0.0), Just(1e-100), Just(1e100), 1e-6..1e6], 40),
+        zeros: bool,
+    ) {
+        let cage = match which {
+            0 => crate::shapes::cube(),
+            1 => crate::shapes::tetrahedron(),
+            2 => crate::shapes::double_fan(7, 0.1),
+            3 => crate::shapes::fan(6, 5, true, 0.1),
+            4 => crate::shapes::pillow(5),
+            5 => crate::shapes::grid(4, 5, [true, true], 0.1),
+            6 => crate::shapes::grid(4, 5, [false, false], 0.1),
+            7 => crate::shapes::cube().with_hole(3).unwrap(),
+            _ => doo_sabin::refine(&crate::shapes::double_fan(5, 0.1)).unwrap(),
+        };
+        let interval = |row: u64| {
+            let d = rows[row as usize % 40];
+            if zeros || d > 0.0 { d } else { 1.0 }
+        };
+        let cage = crate::shapes::rowed(&cage, interval);
+        match doo_sabin::DooSabinSurface::new(cage) {
+            Err(error) => {
+                let error = error.to_string();
+                assert!(error.starts_with("face ") || error.starts_with("vertex "), "{error}");
+            }
+            Ok(surface) => {
+                for face in 0..surface.faces().unwrap() as u32 {
+                    for (u, v) in [(0.0, 0.0), (0.25, 0.7), (1e-9, 2e-9), (1.0, 1.0)] {
+                        let row = surface.stencil(Location::Face(face, u, v), Derivative::POSITION).unwrap();
+                        let sum: f64 = row.coefficients().iter().sum();
+                        assert!((sum - 1.0).abs() < 1e-9, "{which} {face} {u} {v}: {sum}");
+                    }
+                }
+            }
         }
     }
 

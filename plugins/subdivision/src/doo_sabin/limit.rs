@@ -72,13 +72,39 @@ type Rows = (Vec<f64>, Option<[Vec<f64>; 2]>);
 /// By intervals. They are halved alike at every level, so that the matrix stays the same.
 fn uneven(cage: &Cage, face: usize) -> Result<Rows> {
     let matrix: Matrix = matrix(cage, face);
-    let position = eigen::position(&matrix).ok_or_else(|| {
+    let position = position(&matrix).ok_or_else(|| {
         let problem = "comes to no point by its intervals: bring them nearer to each other".to_owned();
         SubdivisionError::Face { face, problem }
     })?;
     let tangents = plane(&matrix, &position).map(|plane| plane.rows);
     Ok((position, tangents))
 }
+
+/// The row of the limit of a face that is refined by a matrix: that which the first corner comes to, where all others come there, too. Of five corners and
+/// more an eigenvalue can be 1 and larger by intervals far from each other.
+pub(super) fn position(matrix: &Matrix) -> Option<Vec<f64>> {
+    let position = eigen::position(matrix)?;
+    // All of them at once, in a sum of which no eigenvector has nothing but by chance.
+    let mut all: Vec<f64> = (0..matrix.len()).map(|k| 1.0 + (1.7 * k as f64).sin()).collect();
+    let total: f64 = all.iter().sum();
+    all.iter_mut().for_each(|c| *c /= total);
+    for level in 0..eigen::MOST {
+        let off = all.iter().zip(&position).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+        if level >= SETTLED && off <= NEAR {
+            return Some(position);
+        }
+        if !off.is_finite() {
+            return None;
+        }
+        all = eigen::times(&all, matrix);
+    }
+    None
+}
+
+/// Levels before which nothing is said: what has an eigenvalue of one half is gone by then to rounding.
+const SETTLED: usize = 60;
+/// The rest from which on all comes to the point, as it goes down: by the largest eigenvalue each level.
+const NEAR: f64 = 1e-2;
 
 /// The tangent plane of a face that is refined by a matrix, with the places of its corners in it, where there is one.
 pub(super) fn plane(matrix: &Matrix, position: &[f64]) -> Option<Plane> {

@@ -193,8 +193,8 @@ impl DooSabinSurface {
     ///
     /// # Errors
     /// When end intervals differ along a row of faces, for then only the limits of faces are known ([`limit_stencils`](super::limit_stencils)), not
-    /// places between; when one of 0 is not a double knot, or all are; when the surface has no tangent plane by them; when an inner
-    /// vertex has two edges; when no piece is left.
+    /// places between; when one of 0 is not a double knot, or all are; when the surface is not smooth by them at a face or vertex of five
+    /// edges and more; when an inner vertex has two edges; when no piece is left.
     pub fn new(cage: Cage) -> Result<Self> {
         Self::with_depth(cage, DEPTH)
     }

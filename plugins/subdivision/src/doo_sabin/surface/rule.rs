@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::node::{Sums, middle, of_face};
-use crate::doo_sabin::limit::plane;
+use crate::doo_sabin::limit::{plane, position};
 use crate::doo_sabin::refine::Weights;
 use crate::eigen::{self, Matrix, Plane};
 
@@ -19,6 +19,9 @@ pub(super) enum Rule {
     Other(Arc<Extraordinary>, usize),
 }
 
+/// How far from one half the two eigenvalues of the tangent plane may be found to be: they are one half but for rounding, or another one is larger.
+const HALF: f64 = 1e-6;
+
 /// A face of another number of corners than four. Its intervals are halved alike at every level, so that the matrix stays the same.
 #[derive(Debug)]
 pub(super) struct Extraordinary {
@@ -29,14 +32,23 @@ pub(super) struct Extraordinary {
 }
 
 impl Extraordinary {
-    /// Of these intervals; `None` where it comes to no point or has no tangent plane there. Cost: some fifty times the square of its size.
+    /// Of these intervals; `None` where the surface is not smooth there. One half is an eigenvalue twice whatever they are; of five corners and more
+    /// intervals far from each other make others as large (1:9 among five is still smooth, among twelve 1:2), and then its plane is not that
+    /// which all comes to. Cost: some fifty times the square of its size.
     pub(super) fn new(intervals: Vec<f64>) -> Option<Self> {
         let n = intervals.len();
         let own: Vec<[f64; 2]> = (0..n).map(|k| [intervals[(k + n - 1) % n], intervals[k]]).collect();
         let matrix = Weights::new(&own)?.matrix();
-        let position = eigen::position(&matrix)?;
+        let position = position(&matrix)?;
         let plane = plane(&matrix, &position)?;
-        Some(Self { intervals, matrix, position, plane })
+        let is_half = (0..2).all(|a| {
+            let image = eigen::times(&plane.rows[a], &matrix);
+            (0..2).all(|b| {
+                let by: f64 = image.iter().zip(&plane.places[b]).map(|(x, y)| x * y).sum();
+                (by - if a == b { 0.5 } else { 0.0 }).abs() <= HALF
+            })
+        });
+        is_half.then_some(Self { intervals, matrix, position, plane })
     }
 
     /// The directions in the tangent plane of the sides at a corner: between it and the one before, and between it and the next, each where the

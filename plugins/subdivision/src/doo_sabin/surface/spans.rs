@@ -29,17 +29,20 @@ impl Spans {
     ///
     /// # Errors
     /// When intervals of the vertices at the two ends of an edge, away from it in one face, differ: there are no pieces then; when one of 0 is not
-    /// as a double knot of a tensor-product spline is; when a face or vertex comes to no point or has no tangent plane by its intervals.
+    /// as a double knot of a tensor-product spline is; when the surface is not smooth at a face or vertex by its intervals.
     pub(super) fn new(cage: &Cage) -> Result<Self> {
         let topology = cage.topology();
         if !cage.has_end_intervals() {
             return Ok(Self::default());
         }
-        (0..topology.corner_count() as u32).try_for_each(|half| check(cage, half))?;
         let faces = topology.face_count();
+        // Others have no pieces.
+        let counts = |f: usize| topology.face(f).iter().any(|&v| !topology.is_boundary_vertex(v as usize));
+        let mut corners = (0..faces).filter(|&f| counts(f)).flat_map(|f| topology.face_corners(f));
+        corners.try_for_each(|half| check(cage, half as u32))?;
         let of = |k: usize| {
             let own: Vec<f64> = if k < faces {
-                if topology.face_corners(k).len() == 4 {
+                if topology.face_corners(k).len() == 4 || !counts(k) {
                     return Ok(None);
                 }
                 topology.face_corners(k).map(|h| intervals(cage, h as u32)[1]).collect()
@@ -54,17 +57,24 @@ impl Spans {
                 return Ok(None);
             }
             let n = own.len();
-            Extraordinary::new(own).map(|face| Some((k, Arc::new(face)))).ok_or_else(|| {
-                let problem = format!(
-                    "has {n} {} with intervals of which the surface comes to no point there or has no tangent plane: bring them nearer to each \
-                     other, {INSTEAD}",
-                    if k < faces { "corners" } else { "edges" }
-                );
+            let refused = |problem: String| {
                 if k < faces {
                     SubdivisionError::Face { face: k, problem }
                 } else {
                     SubdivisionError::Vertex { vertex: k - faces, problem }
                 }
+            };
+            let whose = if k < faces { "corners" } else { "edges" };
+            if n > super::MOST {
+                return Err(refused(format!(
+                    "has {n} {whose} with intervals that differ, and at most {} can be looked at: make them the same, or divide it",
+                    super::MOST
+                )));
+            }
+            Extraordinary::new(own).map(|face| Some((k, Arc::new(face)))).ok_or_else(|| {
+                refused(format!(
+                    "has {n} {whose} with intervals so different that the surface is not smooth there: bring them nearer to each other, {INSTEAD}"
+                ))
             })
         };
         let found = parallel::map(faces + topology.vertex_count(), of);
