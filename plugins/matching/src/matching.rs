@@ -547,7 +547,8 @@ pub(crate) fn other(p: &Parameters) -> Result<Parameters, ParameterError> {
         Field::required("edge", "\"u0\" | \"u1\" | \"v0\" | \"v1\" | \"edge 3\"", "its edge"),
     ];
     if let Some(name) = p.value("with").and_then(|with| with.as_str()) {
-        let problem = format!("an object and its edge are needed: with = {{ object = \"{name}\", edge = \"u0\" }}");
+        let problem =
+            format!("an object and its edge are needed: with = {{ object = \"{name}\", edge = \"u0\" }}");
         return Err(p.error("with", problem));
     }
     let with = p.table("with")?;
