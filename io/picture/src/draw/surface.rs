@@ -9,6 +9,9 @@ use crate::stage::trim::{Mask, Trim};
 /// At least about this many isoparametric lines each way, and at most twice as many.
 const LINES: usize = 8;
 
+/// Of more surfaces than this the lines inside would cover the faces: they have their borders.
+const MANY: usize = 200;
+
 /// Cells from one isoparametric line to the next, so that lines look round.
 const CELLS: usize = 8;
 
@@ -71,9 +74,10 @@ pub(crate) fn samples(surface: &Surface, among: usize, finer: usize) -> Samples 
         13..=40 => 3,
         _ => 1,
     };
-    let cells = cells * finer;
-    let (u, rows) = parameters(surface.u(), cells);
-    let (v, columns) = parameters(surface.v(), cells);
+    let lines = if among > MANY { 1 } else { LINES };
+    let cells = cells * finer * (LINES / lines);
+    let (u, rows) = parameters(surface.u(), lines, cells);
+    let (v, columns) = parameters(surface.v(), lines, cells);
     let mut points = Vec::with_capacity(u.len() * v.len());
     for &u in &u {
         for &v in &v {
@@ -93,17 +97,17 @@ const MET: f64 = 1e-9;
 /// Parameters of a grid in one direction: lines at knots where their number is right, more between few knots,
 /// fewer of many. Where the surface may be torn (a knot of multiplicity `p + 1`) the number just below the knot stands for
 /// the end of the part before.
-fn parameters(space: &Space, cells: usize) -> (Vec<f64>, Vec<Line>) {
+fn parameters(space: &Space, least: usize, cells: usize) -> (Vec<f64>, Vec<Line>) {
     let breaks = space.breakpoints();
     let torn = |u: &f64| !space.is_periodic() && space.multiplicity(*u) > space.degree();
     let inner = 1..breaks.len() - 1;
     let tears: Vec<usize> = inner.filter(|&k| torn(&breaks[k])).collect();
     if tears.is_empty() {
-        return part(&breaks, space.is_periodic(), LINES, cells);
+        return part(&breaks, space.is_periodic(), least, cells);
     }
     // All parts together have about as many lines as one.
-    let lines = LINES.div_ceil(tears.len() + 1);
-    let cells = if tears.len() < LINES { cells } else { 1 };
+    let lines = least.div_ceil(tears.len() + 1);
+    let cells = if tears.len() < least { cells } else { 1 };
     let (mut all, mut kinds) = (Vec::new(), Vec::new());
     let ends = tears.iter().copied().chain([breaks.len() - 1]);
     let mut start = 0;
@@ -126,7 +130,7 @@ fn parameters(space: &Space, cells: usize) -> (Vec<f64>, Vec<Line>) {
 
 /// The parameters of the isoparametric lines across a direction.
 pub(crate) fn lines(space: &Space) -> Vec<f64> {
-    let (all, kinds) = parameters(space, 1);
+    let (all, kinds) = parameters(space, LINES, 1);
     all.into_iter().zip(kinds).filter(|(_, kind)| *kind != Line::None).map(|(at, _)| at).collect()
 }
 
@@ -242,7 +246,7 @@ mod tests {
             knots.extend((1..=tears).flat_map(|t| [f64::from(t); 3]));
             knots.extend([f64::from(tears + 1); 3]);
             let space = Space::open(2, knots).unwrap();
-            let (all, kinds) = parameters(&space, 8);
+            let (all, kinds) = parameters(&space, LINES, 8);
             let parts = parts(&kinds);
             assert_eq!(parts.len(), tears as usize + 1);
             for (k, part) in parts.iter().enumerate() {
