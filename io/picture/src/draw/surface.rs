@@ -264,7 +264,7 @@ mod tests {
         for spans in [1, 2, 7, 16, 17, 40, 1000] {
             let breaks: Vec<f64> = (0..=spans).map(f64::from).collect();
             for cells in [1, 3, 6] {
-                let (all, kinds) = parameters(&Space::clamped(3, &breaks).unwrap(), cells);
+                let (all, kinds) = parameters(&Space::clamped(3, &breaks).unwrap(), LINES, cells);
                 let lines = kinds.iter().filter(|k| **k != Line::None).count();
                 assert!((LINES..=2 * LINES + 2).contains(&lines), "{spans}: {lines}");
                 assert_eq!((all[0], all[all.len() - 1]), (0.0, f64::from(spans)));
