@@ -26,7 +26,7 @@ impl Hash {
     fn space(&mut self, space: &Space) {
         self.feed(space.degree() as u64);
         self.feed(space.flat().len() as u64);
-        self.numbers(&space.flat());
+        self.numbers(space.flat());
     }
 
     fn vertex(&mut self, points: &[Point], weights: Option<&[f64]>, vertex: usize) {

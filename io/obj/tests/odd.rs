@@ -202,8 +202,9 @@ fn names_older_than_utf_8_stay_apart_and_are_said() {
     let library = |[a, u]: [&[u8]; 2]| -> Vec<u8> {
         [b"newmtl f", a, b"\nKd 1 0 0\nmap_Kd M", u, b"ll.png\nnewmtl f", u, b"\nKd 0 1 0\n"].concat()
     };
-    let (windows, dos, new): ([&[u8]; 2], [&[u8]; 2], [&[u8]; 2]) =
-        ([b"\xe4", b"\xfc"], [b"\x84", b"\x81"], ["ä".as_bytes(), "ü".as_bytes()]);
+    let windows: [&[u8]; 2] = [b"\xe4", b"\xfc"];
+    let dos: [&[u8]; 2] = [b"\x84", b"\x81"];
+    let new = ["ä".as_bytes(), "ü".as_bytes()];
     for (own, other, said) in [
         (windows, windows, &["t.obj, fü.mtl are not UTF-8: they were read as Windows-1252"][..]),
         (dos, dos, &["t.obj, fü.mtl are not UTF-8: they were read as code page 437"]),
