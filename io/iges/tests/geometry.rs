@@ -493,3 +493,33 @@ fn edges_off_their_faces_and_loops_beside_one_another_are_told() {
         "{notes:?}"
     );
 }
+
+/// An offset (140) of what is a spline here is one near to it, on the side that the indicator points to, and it is said how near; that of a tube is a tube.
+#[test]
+fn offsets_of_surfaces() {
+    // Lines along z at distance 2 from the z axis: a quarter of a tube (122), and a whole one (120).
+    let (arc, axis, line) = ("100,0.,0.,0.,2.,0.,0.,2.;", "110,0.,0.,0.,0.,0.,1.;", "110,2.,0.,0.,2.,0.,5.;");
+    let tubes: [&[&str]; 2] = [&[arc, "122,1,2.,0.,5."], &[axis, line, "120,1,3,0.,6.28318530717959"]];
+    for tube in tubes {
+        for (side, radius) in [("1.,0.,0.", 2.5), ("-1.,0.,0.", 1.5)] {
+            let last = format!("140,{side},0.5,{};", 2 * tube.len() - 1);
+            let texts: Vec<String> =
+                tube.iter().map(|text| format!("{};", text.trim_end_matches(';'))).chain([last]).collect();
+            let entities: Vec<Entity<'_>> = texts.iter().map(|text| entity(0, text)).collect();
+            let (scene, report) = read(&file(&entities)).unwrap();
+            assert!(report.left_out.is_empty(), "{report:?}");
+            let told = format!("{:?}", report.approximated);
+            assert!(told.contains("an offset of a free-form surface, approximated"), "{told}");
+            let Geometry::Surface(found) = only(&scene) else { panic!("{:?}", only(&scene)) };
+            for u in along(found.u().domain()) {
+                for v in along(found.v().domain()) {
+                    let p = found.point(u, v).unwrap();
+                    assert!(
+                        (p.x.hypot(p.y) - radius).abs() < 1e-6 && (-1e-9..5.0 + 1e-9).contains(&p.z),
+                        "{side}: {p}"
+                    );
+                }
+            }
+        }
+    }
+}

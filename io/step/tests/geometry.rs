@@ -43,6 +43,15 @@ fn conics_are_exact() {
     assert!(along(&circle).iter().all(|p| (p.coords.norm() - 2.0).abs() < 1e-14));
     near(along(&circle)[0], Point::new(2.0 * 0.75_f64.sqrt(), 1.0, 0.0));
     near(along(&circle)[32], Point::new(-2.0 * 0.75_f64.sqrt(), -1.0, 0.0));
+    // A full turn with as many digits as other programs write is one, and no arc of rounding; a tiny arc is tiny.
+    for (from, to) in
+        [(0.0, 360.0), (0.0, 360.000_000_000_02), (57.0, 417.000_000_000_02), (0.0, 359.999_999_999_9)]
+    {
+        let round = trimmed("CIRCLE('',#10,2.)", from, to, "T").length(1e-10).unwrap().value;
+        assert!((round - 4.0 * std::f64::consts::PI).abs() < 1e-10, "{from} {to}: {round}");
+    }
+    let speck = trimmed("CIRCLE('',#10,2.)", 0.0, 1e-8, "T");
+    assert!((along(&speck)[32] - along(&speck)[0]).norm() < 1e-9);
     // The other way round it goes over the rest of the circle.
     let back = trimmed("CIRCLE('',#10,2.)", 30.0, 210.0, "F");
     assert!(along(&back)[16].y < -1.0 || along(&back)[16].x > 0.0);

@@ -184,6 +184,22 @@ fn products_that_hold_themselves_are_cut_where_they_do() {
     assert_eq!(told, 2, "{report:?}");
 }
 
+/// A set that lies in itself is read once, and told so; what is in it is there once.
+#[test]
+fn a_set_in_itself_is_read_once() {
+    for others in ["#100", "#100,#100", "#102,#100"] {
+        let data = format!(
+            "#100=GEOMETRIC_SET('',({others},#101));#101=CARTESIAN_POINT('',(1.,2.,3.));#102=GEOMETRIC_SET('',(#100,#101));"
+        );
+        let (scene, report) = read(&file("#100", &data)).unwrap();
+        let points: usize = scene.objects().iter().map(|o| o.geometry().points().len()).sum();
+        let own = 1 + usize::from(others.contains("#102"));
+        assert_eq!(points, own, "{others}: {:?}", scene.objects());
+        let told = format!("{report:?}");
+        assert!(told.contains("lies in itself") && !told.contains("CARTESIAN_POINT"), "{others}: {told}");
+    }
+}
+
 #[test]
 fn what_names_itself_many_times_over_ends() {
     // Sets in sets, composites of composites, and a curve that a hundred thousand edges have.

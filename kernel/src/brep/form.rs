@@ -253,6 +253,31 @@ impl CurveForm {
 }
 
 impl SurfaceForm {
+    /// The form at a distance along its normal, which points outwards (of a plane along `z`): another of its kind. `None` where nothing of it is left, and
+    /// of a [spline](Self::Spline), whose offset is none ([`Surface::offset`](crate::spline::Surface::offset)).
+    pub fn offset(&self, by: f64) -> Option<Self> {
+        let positive = |radius: f64| (radius > 0.0).then_some(radius);
+        Some(match *self {
+            Self::Spline => return None,
+            Self::Plane { mut frame } => {
+                frame.origin += frame.z * by;
+                Self::Plane { frame }
+            }
+            Self::Cylinder { frame, radius } => Self::Cylinder { frame, radius: positive(radius + by)? },
+            Self::Cone { mut frame, radius, angle } => {
+                // Along the axis, the sine of the angle the other way; outwards, the cosine.
+                frame.origin -= frame.z * (by * angle.sin());
+                let radius = radius + by * angle.cos();
+                if radius < 0.0 {
+                    return None;
+                }
+                Self::Cone { frame, radius, angle }
+            }
+            Self::Sphere { frame, radius } => Self::Sphere { frame, radius: positive(radius + by)? },
+            Self::Torus { frame, major, minor } => Self::Torus { frame, major, minor: positive(minor + by)? },
+        })
+    }
+
     /// The form of the surface moved; [`Spline`](Self::Spline) where `map` is none that keeps it.
     pub(super) fn moved(&self, map: Option<&Similarity<'_>>) -> Self {
         let moved = || {

@@ -25,6 +25,7 @@
 //! * [`isocurve`]: curves on a surface along which one parameter stands still.
 //! * [`join`]: two shapes end to end.
 //! * [`length`]: arc length.
+//! * [`offset`]: surfaces beside surfaces.
 //! * [`part`]: the part of a surface that loops bound: what is in it, and which place of it is nearest to a point.
 //! * [`region`]: what loops bound in a surface's parameter plane, cell by cell.
 //! * [`remove`]: knot removal.
@@ -62,6 +63,7 @@ pub mod isocurve;
 mod jet;
 pub mod join;
 pub mod length;
+pub mod offset;
 pub mod part;
 mod piece;
 mod refine;

@@ -15,9 +15,14 @@ use crate::problem::OBJECT;
 pub(crate) const DIRECTION: Field =
     Field::optional("direction", "\"u\" | \"v\"", "u", "the direction, on a surface");
 
-pub(crate) fn spline(scene: &Scene, parameters: &Parameters) -> Result<String, ParameterError> {
+/// The curve or surface that a step names. What it is not is said before its other fields are looked at: a place of a trimmed surface, say, is no number.
+pub(crate) fn spline(scene: &Scene, parameters: &Parameters) -> Result<String, OperationError> {
     let fits = |g: &Geometry| matches!(g, Geometry::Curve(_) | Geometry::Surface(_));
-    object_name(scene, parameters, fits, "curve or surface")
+    let name = object_name(scene, parameters, fits, "curve or surface")?;
+    match scene.object(&name)?.geometry() {
+        geometry if fits(geometry) => Ok(name),
+        other => Err(not_a_spline(&name, other).into()),
+    }
 }
 
 pub(crate) fn direction(parameters: &Parameters) -> Result<Direction, ParameterError> {

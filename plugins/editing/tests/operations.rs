@@ -42,6 +42,59 @@ fn fails(op: &str, parameters: Value) -> String {
     message
 }
 
+/// A surface of which a round window is left.
+fn window() -> Trimmed {
+    let space = || Space::clamped(2, &[0.0, 0.5, 1.0]).unwrap();
+    let net = (0..16).map(|k| Point::new(f64::from(k / 4), f64::from(k % 4), 0.0)).collect();
+    let surface = Surface::new(space(), space(), net).unwrap();
+    let ring = Curve::circle(Point::new(0.5, 0.5, 0.0), Vector::z(), 0.3).unwrap();
+    let region = Region { outer: vec![ParameterCurve::whole(ring).unwrap()], holes: vec![] };
+    Trimmed::new(surface, vec![region], vec![], vec![[0.5, 0.5]]).unwrap()
+}
+
+/// What is asked at a place that the loops cut away holds on the surface that carries them, where nobody sees it: it is said how far off. On their border it is
+/// seen.
+#[test]
+fn places_that_loops_cut_away_are_warned_of() {
+    for (at, away) in [([0.5, 0.5], false), ([0.2, 0.5], false), ([0.0, 0.0], true), ([0.5, 0.19], true)] {
+        for op in ["edit", "drag"] {
+            let mut scene = Scene::new();
+            scene.add(Object::new("window", window().into())).unwrap();
+            let asked = json!([{ "kind": "position", "at": at, "keep": true }]);
+            let moved = json!({ "kind": "position", "at": [0.4, 0.6], "by": [0.0, 0.0, 1.0] });
+            let report = match op {
+                "edit" => run(&mut scene, op, json!({ "constraints": [asked[0], moved] })),
+                _ => run(
+                    &mut scene,
+                    op,
+                    json!({ "constraints": asked, "handle": { "kind": "position", "at": [0.4, 0.6] }, "path": [[1.0, 2.0, 1.0]] }),
+                ),
+            };
+            let warnings = report.unwrap().warnings;
+            assert_eq!(warnings.iter().any(|w| w.contains("cut away")), away, "{op} {at:?}: {warnings:?}");
+            assert_eq!(warnings.len(), usize::from(away), "{warnings:?}");
+        }
+    }
+}
+
+/// What cannot be done to a shape is said before its fields: a place of a surface, as { closest } gives it, is no number for `split`, which is not the point.
+#[test]
+fn what_a_trimmed_surface_needs_is_said_first() {
+    let window = window();
+    for (op, fields) in [
+        ("split", json!({ "object": "window", "at": [0.3, 0.7] })),
+        ("refine", json!({ "object": "window", "knots": [[0.3, 0.7]] })),
+        ("elevate", json!({ "object": "window" })),
+        ("reverse", json!({ "object": "window" })),
+        ("simplify", json!({ "object": "window" })),
+    ] {
+        let mut scene = scene();
+        scene.add(Object::new("window", window.clone().into())).unwrap();
+        let told = run(&mut scene, op, fields).unwrap_err().to_string();
+        assert!(told.contains("untrim"), "{op}: {told}");
+    }
+}
+
 #[test]
 fn an_edit_reports_and_marks() {
     let mut scene = scene();
@@ -62,12 +115,7 @@ fn an_edit_reports_and_marks() {
 
 #[test]
 fn a_trimmed_surface_is_edited_and_keeps_its_loops() {
-    let space = || Space::clamped(2, &[0.0, 0.5, 1.0]).unwrap();
-    let net = (0..16).map(|k| Point::new(f64::from(k / 4), f64::from(k % 4), 0.0)).collect();
-    let surface = Surface::new(space(), space(), net).unwrap();
-    let ring = Curve::circle(Point::new(0.5, 0.5, 0.0), Vector::z(), 0.3).unwrap();
-    let region = Region { outer: vec![ParameterCurve::whole(ring).unwrap()], holes: vec![] };
-    let trimmed = Trimmed::new(surface, vec![region], vec![], vec![[0.5, 0.5]]).unwrap();
+    let trimmed = window();
     let mut scene = Scene::new();
     scene.add(Object::new("window", trimmed.clone().into())).unwrap();
     let asked = json!([{ "kind": "position", "at": [0.5, 0.5], "by": [0.0, 0.0, 1.0] }]);

@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use loftsman_kernel::brep::{CurveForm, Frame, SurfaceForm};
 use loftsman_kernel::spline::{Curve, Surface};
+use loftsman_kernel::text::short;
 use loftsman_kernel::{Point, Vector, direction};
 use nalgebra::Matrix4;
 
@@ -11,6 +12,9 @@ use super::curve::Run;
 use super::entity::{At, Entity, Got, Problem, Reader, deeper};
 use super::pace::Pace;
 use super::place::{linear, moved_frame, moved_surface};
+
+/// How far splines may be from the offsets that they stand for, as a part of their size.
+const NEAR: f64 = 1e-7;
 
 /// A surface of a file.
 pub(crate) enum Sheet {
@@ -141,28 +145,50 @@ impl Reader<'_, '_> {
         Ok(Sheet::Whole(Whole { surface, form: SurfaceForm::Spline, paces, swapped: false }))
     }
 
-    /// An offset (140) of a plane, which is one.
+    /// An offset (140): of an elementary surface one of its kind, of another a spline near to it.
     fn offset_sheet(&self, entity: &Entity<'_, '_>, depth: usize) -> Got<Sheet> {
         let place = entity.place;
         let Some(toward) = direction(&Vector::from(entity.triple(1)?)) else {
             return Err(Problem::new(place, "its indicator has no direction"));
         };
         let distance = entity.real(4)?;
+        // The indicator says to which side, where both parameters start.
+        let to_side = |normal: Vector| if normal.dot(&toward) < 0.0 { -distance } else { distance };
         match self.sheet(entity.pointer(5)?, depth)? {
-            Sheet::Elementary(SurfaceForm::Plane { mut frame }) => {
-                let along = if frame.z.dot(&toward) < 0.0 { -distance } else { distance };
-                frame.origin += frame.z * along;
-                Ok(Sheet::Elementary(SurfaceForm::Plane { frame }))
+            Sheet::Elementary(form) => {
+                let outwards = match form {
+                    SurfaceForm::Plane { frame } => frame.z,
+                    SurfaceForm::Cone { frame, angle, .. } => frame.x * angle.cos() - frame.z * angle.sin(),
+                    // The latitude starts at the south pole; where the indicator says nothing of that it is of the equator.
+                    SurfaceForm::Sphere { frame, .. } if toward.dot(&frame.z).abs() > 1e-6 => -frame.z,
+                    SurfaceForm::Cylinder { frame, .. }
+                    | SurfaceForm::Sphere { frame, .. }
+                    | SurfaceForm::Torus { frame, .. } => frame.x,
+                    SurfaceForm::Spline => toward,
+                };
+                let form = form.offset(to_side(outwards));
+                let none = || Problem::new(place, "an offset by which nothing of the surface is left");
+                form.map(Sheet::Elementary).ok_or_else(none)
             }
-            Sheet::Elementary(SurfaceForm::Cylinder { frame, radius }) if radius + distance > 0.0 => {
-                // Of these the indicator points outwards or inwards where the reference direction is.
-                let radius = if frame.x.dot(&toward) < 0.0 { radius - distance } else { radius + distance };
-                if radius <= 0.0 {
-                    return Err(Problem::new(place, "an offset by which nothing of the surface is left"));
-                }
-                Ok(Sheet::Elementary(SurfaceForm::Cylinder { frame, radius }))
+            Sheet::Whole(whole) => {
+                let [u, v] = [whole.surface.u().domain().0, whole.surface.v().domain().0];
+                let normal = whole.surface.normal(u, v).at(place)?.vector();
+                let Some(normal) = normal else {
+                    return Err(Problem::new(
+                        place,
+                        "an offset of a surface that has no normal where its parameters start",
+                    ));
+                };
+                let (surface, error) = whole.surface.offset(to_side(normal), NEAR).at(place)?;
+                self.change(
+                    place,
+                    &format!(
+                        "an offset of a free-form surface, approximated by a B-spline: up to {} off",
+                        short(error)
+                    ),
+                );
+                Ok(Sheet::Whole(Whole { surface, form: SurfaceForm::Spline, ..whole }))
             }
-            _ => Err(Problem::new(place, "an offset of a free-form surface, which is no spline")),
         }
     }
 

@@ -55,33 +55,3 @@ fn turned(profile: &Curve, frame: &loftsman_kernel::brep::Frame, [from, to]: [f6
     let start = Curve::build(space, points, weights)?;
     Surface::revolution(&start, frame.origin, frame.z, to - from)
 }
-
-/// The form at a distance along its normal, which points outwards.
-pub(crate) fn offset(form: &SurfaceForm, by: f64) -> Option<SurfaceForm> {
-    let positive = |radius: f64| (radius > 0.0).then_some(radius);
-    Some(match *form {
-        SurfaceForm::Spline => return None,
-        SurfaceForm::Plane { mut frame } => {
-            frame.origin += frame.z * by;
-            SurfaceForm::Plane { frame }
-        }
-        SurfaceForm::Cylinder { frame, radius } => {
-            SurfaceForm::Cylinder { frame, radius: positive(radius + by)? }
-        }
-        SurfaceForm::Cone { mut frame, radius, angle } => {
-            // Along the axis, the sine of the angle the other way; outwards, the cosine.
-            frame.origin -= frame.z * (by * angle.sin());
-            let radius = radius + by * angle.cos();
-            if radius < 0.0 {
-                return None;
-            }
-            SurfaceForm::Cone { frame, radius, angle }
-        }
-        SurfaceForm::Sphere { frame, radius } => {
-            SurfaceForm::Sphere { frame, radius: positive(radius + by)? }
-        }
-        SurfaceForm::Torus { frame, major, minor } => {
-            SurfaceForm::Torus { frame, major, minor: positive(minor + by)? }
-        }
-    })
-}

@@ -7,7 +7,6 @@ mod emit;
 mod entity;
 mod facets;
 mod items;
-mod offset;
 mod parameters;
 mod place;
 mod product;

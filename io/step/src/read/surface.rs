@@ -7,10 +7,13 @@ use loftsman_kernel::spline::{Curve, Direction, Surface};
 use loftsman_kernel::{Point, Vector};
 
 use super::curve::Basis;
-use super::elementary::{offset, rectangle};
+use super::elementary::rectangle;
 use super::entity::{At, Got, Problem, deeper};
 use super::place::Space;
 use super::spline::{SURFACES, is_one};
+
+/// How far splines may be from the offsets that they stand for, as a part of their size.
+const NEAR: f64 = 1e-7;
 
 /// A surface as the file has it, perhaps without ends.
 pub(crate) enum Sheet {
@@ -69,7 +72,7 @@ impl Space<'_, '_> {
                 match self.sheet(args.reference(1)?, depth)? {
                     Sheet::Elementary(form, turned) => {
                         let by = if turned { -distance } else { distance };
-                        match offset(&form, by) {
+                        match form.offset(by) {
                             Some(form) => Ok(Sheet::Elementary(form, turned)),
                             None => {
                                 Err(Problem::new(number, "an offset by which nothing of the surface is left"))
@@ -77,7 +80,7 @@ impl Space<'_, '_> {
                         }
                     }
                     Sheet::Spline(surface) => {
-                        let (surface, error) = super::offset::offset(&surface, distance).at(number)?;
+                        let (surface, error) = surface.offset(distance, NEAR).at(number)?;
                         Ok(Sheet::Near(surface, error))
                     }
                     _ => {
