@@ -49,14 +49,14 @@ pub(super) fn deviation(before: &Geometry, after: &Geometry) -> Option<f64> {
             let [before, after] = [before.part().ok()?, after.part().ok()?];
             both(&before, &after, true, of_parts)
         }
-        // Face by face: the place on another face that is nearer, if there is one, is not looked for. How far one is that was moved or scaled as a whole the
+        // Face by face: the place on another face that is nearer, if there is one, is not looked for. How far one is that was moved, turned or scaled as a whole the
         // step says, and finding it out would take long: each place is far from where all were.
         (Geometry::Brep(before), Geometry::Brep(after)) => {
             let count = after.face_count();
             let moved = |face: &usize| before.surface(*face) != after.surface(*face);
             let of_face =
                 |face: usize| both(&before.part(face).ok()?, &after.part(face).ok()?, true, of_parts);
-            if before.face_count() != count || is_affine(before.points(), after.points()) {
+            if before.face_count() != count || is_similar(before.points(), after.points()) {
                 return None;
             }
             let faces: Vec<usize> = (0..count).filter(moved).collect();
@@ -209,11 +209,12 @@ fn of_parts(before: &Part, after: &Part) -> Option<f64> {
     Some(edge.max(furthest(&grid, &more, inside)?))
 }
 
-/// Points are where an affine map takes them that differ from there by no more than this part of their size.
-const AFFINE: f64 = 1e-9;
+/// Points are where a map takes them that differ from there by no more than this part of their size.
+const SIMILAR: f64 = 1e-9;
 
-/// Whether all points have gone where one affine map takes them: found from four of them that are far from lying in a plane. `O(n)`.
-fn is_affine(before: &[Point], after: &[Point]) -> bool {
+/// Whether all points have gone where one similarity takes them: found from four of them that are far from lying in a plane. `O(n)`. (A face of a block that is
+/// pulled out takes all points where an affine map does.)
+fn is_similar(before: &[Point], after: &[Point]) -> bool {
     let (Some(&from), Some(&to)) = (before.first(), after.first()) else { return false };
     if before.len() != after.len() {
         return false;
@@ -229,9 +230,13 @@ fn is_affine(before: &[Point], after: &[Point]) -> bool {
     let columns = |points: &[Point], from: Point| Matrix3::from_columns(&[x, y, z].map(|k| points[k] - from));
     let Some(inverse) = columns(before, from).try_inverse() else { return false };
     let map = columns(after, to) * inverse;
+    let scale = map.norm_squared() / 3.0;
+    if (map.transpose() * map - Matrix3::identity() * scale).amax() > SIMILAR * scale {
+        return false;
+    }
     let size =
         before.iter().zip(after).map(|(p, q)| (p - from).amax().max((q - to).amax())).fold(0.0, f64::max);
-    before.iter().zip(after).all(|(p, q)| (to + map * (p - from) - q).amax() <= AFFINE * size)
+    before.iter().zip(after).all(|(p, q)| (to + map * (p - from) - q).amax() <= SIMILAR * size)
 }
 
 /// The vertex that has moved most, where they are as many.

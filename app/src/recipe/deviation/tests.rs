@@ -177,13 +177,17 @@ fn what_is_cut_away_does_not_count() {
 fn what_is_moved_as_a_whole_is_known() {
     let block = Brep::block(Point::origin(), Point::new(3.0, 2.0, 1.0)).unwrap();
     let points = block.points().to_vec();
-    let turned = |p: &Point| Point::new(2.0 * p.y - 1.0, 5.0 - 3.0 * p.x, p.z + p.x);
+    // Twice as large, turned and mirrored; and with one face pulled out, which an affine map does to a block.
+    let turned = |p: &Point| Point::new(2.0 * p.y - 1.0, 5.0 - 2.0 * p.x, 2.0 * p.z);
     let mapped: Vec<Point> = points.iter().map(turned).collect();
+    let pulled: Vec<Point> = points.iter().map(|p| Point::new(1.1 * p.x, p.y, p.z)).collect();
     let mut bent = mapped.clone();
     bent[points.len() - 1].x += 1e-3;
-    assert!(super::is_affine(&points, &mapped) && super::is_affine(&points, &points));
-    assert!(!super::is_affine(&points, &bent) && !super::is_affine(&points, &mapped[1..]));
+    assert!(super::is_similar(&points, &mapped) && super::is_similar(&points, &points));
+    for other in [&bent, &pulled, &mapped[1..].to_vec()] {
+        assert!(!super::is_similar(&points, other));
+    }
     // Points of one plane have no map of their own.
     let flat: Vec<Point> = points.iter().map(|p| Point::new(p.x, p.y, 0.0)).collect();
-    assert!(!super::is_affine(&flat, &flat) && !super::is_affine(&[], &[]));
+    assert!(!super::is_similar(&flat, &flat) && !super::is_similar(&[], &[]));
 }
