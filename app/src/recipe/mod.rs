@@ -25,7 +25,7 @@ mod within;
 
 use std::path::{Component, Path, PathBuf};
 
-use loftsman_kernel::plugin::{Field, Parameters};
+use loftsman_kernel::plugin::{Field, Parameters, Registry};
 use serde_json::Value;
 
 pub use crate::recipe_error::RecipeError;
@@ -150,21 +150,30 @@ impl Recipe {
         let path = path.as_ref();
         let input = Input::open(path)?;
         let folder = path.parent().unwrap_or_else(|| Path::new(""));
-        let name = Source::name(&input);
+        Self::parse(Source::name(&input), input.bytes(), folder)
+    }
+
+    /// The same; a file that is no recipe but of a format that a registry reads is told so.
+    ///
+    /// # Errors
+    /// As for [`read`](Self::read).
+    pub fn read_beside(path: impl AsRef<Path>, registry: &Registry) -> Result<Self> {
+        let path = path.as_ref();
+        let input = Input::open(path)?;
+        let (name, folder) = (Source::name(&input), path.parent().unwrap_or_else(|| Path::new("")));
         Self::parse(name, input.bytes(), folder).map_err(|error| {
-            Self::elsewhere(name, input.bytes())
-                .map_or(error, |problem| RecipeError::at(name, "", problem).into())
+            let other = Self::other(name, input.bytes(), registry);
+            other.map_or(error, |problem| RecipeError::at(name, "", problem).into())
         })
     }
 
-    /// What to say of a file that is no recipe but one of the formats that are read.
-    fn elsewhere(name: &str, bytes: &[u8]) -> Option<String> {
+    /// What to say of a file that is no recipe but of one of the formats that are read.
+    fn other(name: &str, bytes: &[u8], registry: &Registry) -> Option<String> {
         let table = parse::Text::new(name, bytes).and_then(|text| text.table()).ok();
         let fields = table.as_ref().and_then(Value::as_object);
         if fields.is_some_and(|fields| FIELDS.iter().any(|field| fields.contains_key(field.name))) {
             return None;
         }
-        let registry = crate::registry();
         let format = registry.format_of(name).filter(|format| format.declaration().reads)?;
         Some(format!(
             "this is no recipe but a file of the format {}: a recipe, in TOML or JSON, names it as its `input`; `loftsman info {name}` says what is in it",

@@ -13,7 +13,7 @@ use crate::program::console::{self, BOLD, DIM, figure, seconds, styled};
 use crate::program::progress::Progress;
 
 pub(crate) fn run(args: &CompareArgs, registry: &Registry) -> anyhow::Result<ExitCode> {
-    let recipe = Recipe::read(&args.recipe)?;
+    let recipe = Recipe::read_beside(&args.recipe, registry)?;
     let progress = Progress::start();
     let comparison = compare(&recipe, registry, &progress, &progress)?;
     drop(progress);

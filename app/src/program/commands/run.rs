@@ -18,7 +18,7 @@ pub(crate) fn run(args: &RunArgs, registry: &Registry) -> anyhow::Result<ExitCod
     for file in &args.outputs {
         super::convert::check_output(file, registry)?;
     }
-    let recipe = Recipe::read(&args.recipe)?;
+    let recipe = Recipe::read_beside(&args.recipe, registry)?;
     let progress = Progress::start();
     let mut runner = Runner::new(registry).watched(&progress, &progress);
     if let Some(solver) = &args.solver {
