@@ -340,7 +340,9 @@ impl Page<'_> {
     /// Puts a label there.
     fn take(&mut self, label: &Label, (rect, radius): (Rect, f64), theme: Theme, halo: bool) -> String {
         self.leaders.extend(leader(label, &rect, radius));
-        self.placed.push(rect.grown(0.4));
+        // Two numbers beside one another would be read as one.
+        let is_number = label.lines.iter().all(|line| line.bytes().all(|b| b.is_ascii_digit()));
+        self.placed.push(rect.grown(if is_number && label.row.is_none() { SIZE / 2.0 } else { 0.4 }));
         draw(label, &rect, radius, (theme, halo))
     }
 }

@@ -30,6 +30,9 @@ const MARGIN: f64 = 9.0;
 const GUTTER: f64 = 9.0;
 const CAPTION: f64 = 6.5;
 
+/// How much room the axes of a panel take on the left, below it.
+const AXES: f64 = 9.0;
+
 /// The size of captions, and from line to line.
 const SIZE: f64 = 3.2;
 const LEADING: f64 = 4.2;
@@ -185,7 +188,7 @@ pub(crate) fn compose(picture: &Picture<'_>) -> Result<String, PictureError> {
             let suffix = if count == 1 { String::new() } else { format!("-{number}") };
             content.push_str(&sheet.content(&suffix));
             content.push_str(&part.caption(picture.theme, &area, several));
-            lines = lines.max(part.lines(cell).len());
+            lines = lines.max(part.lines(cell, several).len());
             caption = sheet.caption;
         }
         let captions = if lines > 0 { CAPTION + LEADING * (lines - 1) as f64 } else { 0.0 };
@@ -410,7 +413,7 @@ impl<'a> Part<'a> {
             out.push_str(&legend::axes(theme, view, [area.low[0] + 3.0, area.high[1] + 7.5], 4.0));
         }
         let middle = (area.low[0] + area.high[0]) / 2.0;
-        for (i, line) in self.lines(area.size()[0]).iter().enumerate() {
+        for (i, line) in self.lines(area.size()[0], with_axes).iter().enumerate() {
             let text = Element::new("text")
                 .attribute("class", "caption")
                 .length("x", middle)
@@ -423,10 +426,12 @@ impl<'a> Part<'a> {
         out
     }
 
-    /// The lines of the caption in a width, at most three.
-    fn lines(&self, width: f64) -> Vec<String> {
+    /// The lines of the caption in a width, at most three; beside axes, which stand on its left, and about the middle all the same.
+    fn lines(&self, width: f64, with_axes: bool) -> Vec<String> {
         let caption = self.panel.caption.as_deref().unwrap_or_default();
-        balanced(caption, width).iter().map(|line| text::fitting(line, SIZE, width)).collect()
+        let beside = with_axes && self.view().is_some();
+        let room = if beside { (width - 2.0 * AXES).max(0.5 * width) } else { width };
+        balanced(caption, room).iter().map(|line| text::fitting(line, SIZE, room)).collect()
     }
 }
 

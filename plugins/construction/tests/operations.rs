@@ -211,7 +211,7 @@ fn reports_say_what_was_measured() {
         run(&mut scene, "sweep", json!({ "object": "ring", "path": "torn", "frame": "parallel" })).unwrap();
     assert!(shifted.notes.contains(&"exact".to_owned()), "{shifted:?}");
     let even = run(&mut scene, "symmetrize", json!({ "object": "bent" })).unwrap();
-    assert!(even.notes[0].starts_with("moved by 1 m at most"), "{even:?}");
+    assert!(even.notes[0].starts_with("places moved by 1 m at most"), "{even:?}");
     // The mean of what is on one side of the plane lies in that: said, with what keeps it.
     assert!(
         even.notes[1].contains("one side of the plane") && even.notes[1].contains("half = \"front\""),

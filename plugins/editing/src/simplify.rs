@@ -78,7 +78,7 @@ impl Operation for Simplify {
         let longer = scene.standing(&name)?.most();
         let moved = scene.unit.quantity(longer * without_rounding(simplified.moved, size), 1);
         let note = format!(
-            "{} of {before} knots removed, {} control vertices left; moved by {} at most, measured",
+            "{} of {before} knots removed, {} control vertices left; places moved by {} at most, measured",
             simplified.removed,
             simplified.shape.points().len(),
             moved

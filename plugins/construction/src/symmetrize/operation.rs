@@ -99,8 +99,8 @@ impl Operation for Symmetrize {
                 let largest = scene.object(&source)?.geometry().points().iter().map(|p| p.coords.amax());
                 let moved =
                     without_rounding(moved, largest.fold(0.0, f64::max)) * scene.standing(&source)?.most();
-                let what = if is_curve { "" } else { "control vertices " };
-                format!("{what}moved by {} at most", scene.unit.quantity(moved, 1))
+                let what = if is_curve { "places" } else { "control vertices" };
+                format!("{what} moved by {} at most", scene.unit.quantity(moved, 1))
             }
             None => "one half is kept, and the other is its mirror image".into(),
         }];
