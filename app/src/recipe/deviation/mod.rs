@@ -56,10 +56,13 @@ pub(super) fn deviation(before: &Geometry, after: &Geometry) -> Option<f64> {
             let moved = |face: &usize| before.surface(*face) != after.surface(*face);
             let of_face =
                 |face: usize| both(&before.part(face).ok()?, &after.part(face).ok()?, true, of_parts);
-            if before.face_count() != count || is_similar(before.points(), after.points()) {
+            if before.face_count() != count {
                 return None;
             }
             let faces: Vec<usize> = (0..count).filter(moved).collect();
+            if !faces.is_empty() && is_similar(before.points(), after.points()) {
+                return None;
+            }
             (faces.len() <= MOVED_FACES).then(|| largest(faces.into_iter().map(of_face)))?
         }
         (Geometry::Custom(before), Geometry::Custom(after)) => {
