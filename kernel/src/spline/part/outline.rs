@@ -21,6 +21,8 @@ pub(super) struct Outline {
     turns: [Vec<f64>; 2],
     /// There are no loops: all of the surface.
     all: bool,
+    /// Whether a place is left from which no loop is met along the axes.
+    beyond: bool,
 }
 
 impl Outline {
@@ -34,7 +36,14 @@ impl Outline {
             let t = side.length();
             if side.closed { vec![-2.0 * t, -t, 0.0, t, 2.0 * t] } else { vec![0.0] }
         });
-        Self { tree: Tree::new(&boxes), chords, sides, turns, all: lines.is_empty() }
+        Self {
+            tree: Tree::new(&boxes),
+            chords,
+            sides,
+            turns,
+            all: lines.is_empty(),
+            beyond: is_left_beyond(lines),
+        }
     }
 
     pub(super) fn sides(&self) -> &[ParameterSide; 2] {
@@ -57,8 +66,20 @@ impl Outline {
                 }
             }
         }
-        ray.nearest.is_some_and(|nearest| nearest.inside)
+        ray.nearest.map_or(self.beyond, |nearest| nearest.inside)
     }
+}
+
+/// Whether what lies beyond all loops is left: where the largest of them is a hole. (Of a surface that closes loops may be holes alone, as that of a ball with a hole;
+/// a line that runs round it is met from everywhere.)
+fn is_left_beyond(lines: &[Vec<[f64; 2]>]) -> bool {
+    let area = |line: &Vec<[f64; 2]>| {
+        let Some(from) = line.first() else { return 0.0 };
+        let away = |p: &[f64; 2]| [p[0] - from[0], p[1] - from[1]];
+        let pairs = line.windows(2).map(|pair| [away(&pair[0]), away(&pair[1])]);
+        pairs.map(|[a, b]| a[0] * b[1] - a[1] * b[0]).sum::<f64>()
+    };
+    lines.iter().map(area).max_by(|a, b| a.abs().total_cmp(&b.abs())).is_some_and(|area| area < 0.0)
 }
 
 impl Kept for Outline {
@@ -136,7 +157,8 @@ impl Search<2> for Ray<'_> {
         let rises = high > low;
         let left_is_after = if along == 1 { rises } else { !rises };
         let inside = (away < 0.0) == left_is_after;
-        let further = (b[along] - a[along]) / (b[across] - a[across]) * away.signum();
+        // Adding 0 makes one of both zeros.
+        let further = (b[along] - a[along]) / (b[across] - a[across]) * away.signum() + 0.0;
         let rank = (across, index, self.turn[across].0, self.turn[along].0);
         let nearer = |best: &Met| {
             let by = away.abs().total_cmp(&best.away).then(further.total_cmp(&best.further));
@@ -263,7 +285,7 @@ mod tests {
                         let away = met + by - at[along];
                         let left_is_after = (along == 1) == (high > low);
                         let slope = (pair[1][along] - pair[0][along]) / (pair[1][across] - pair[0][across]);
-                        let (far, further) = (away.abs(), slope * away.signum());
+                        let (far, further) = (away.abs(), slope * away.signum() + 0.0);
                         if nearest.is_none_or(|(best, next, _)| far < best || far == best && further < next) {
                             nearest = Some((far, further, (away < 0.0) == left_is_after));
                         }
@@ -271,7 +293,7 @@ mod tests {
                 }
             }
         }
-        nearest.is_some_and(|(.., inside)| inside)
+        nearest.map_or(is_left_beyond(lines), |(.., inside)| inside)
     }
 
     fn shares_slowly(
