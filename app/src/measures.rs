@@ -1,7 +1,10 @@
 //! How long, how large and how full a geometry is: the quantities that people ask of it first.
 
-use std::collections::{HashMap, HashSet};
+mod leaks;
 
+use std::collections::HashSet;
+
+pub use self::leaks::Leaks;
 use loftsman_area_volume::{area_of, surface_area, volume_of};
 use loftsman_kernel::brep::Brep;
 use loftsman_kernel::functional::{Functional, Shapes};
@@ -41,21 +44,6 @@ pub struct Measures {
     /// What was not measured, and why.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub unmeasured: Vec<String>,
-}
-
-/// Where a mesh is not watertight.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Leaks {
-    /// Edges that only one face has.
-    pub open_edges: usize,
-    /// The connected sets that these make, rims of holes as a rule.
-    pub rims: usize,
-    /// Edges with neighbours of which one is turned over.
-    pub turned_edges: usize,
-    /// Edges that three or more faces share, and not in pairs that run both ways.
-    pub crowded_edges: usize,
-    /// The middle of one of the edges.
-    pub at: [f64; 3],
 }
 
 /// The most polynomial pieces of a surface whose area and volume are integrated.
@@ -123,30 +111,31 @@ pub(crate) fn closed(curve: &Curve) -> bool {
 fn of_surface(surface: &Surface) -> Measures {
     let cells = surface.u().spans().count().saturating_mul(surface.v().spans().count());
     let found = measured(surface, cells);
-    let open = if found.volume.is_some() { Vec::new() } else { open_edges(surface) };
-    Measures { watertight: Some(open.is_empty()), open, ..found }
+    let open = if found.volume.is_some() { Some(Vec::new()) } else { open_edges(surface) };
+    Measures { watertight: open.as_ref().map(Vec::is_empty), open: open.unwrap_or_default(), ..found }
 }
 
 /// Ends of a surface that are no further apart than this part of its size are one.
 const MEETS: f64 = 1e-12;
 
-/// The edges of a surface that meet no other one and are no points.
-fn open_edges(surface: &Surface) -> Vec<&'static str> {
+/// The edges of a surface that meet no other one and are no points; `None` where its numbers are too large to tell.
+fn open_edges(surface: &Surface) -> Option<Vec<&'static str>> {
     let points = surface.points();
     let size = points.iter().map(|p| (p - points[0]).amax()).fold(0.0, f64::max);
-    let Ok(sides) = surface.parameter_sides(MEETS * size) else { return Vec::new() };
+    let sides = surface.parameter_sides(MEETS * size).ok().filter(|_| size.is_finite())?;
     let edges = sides.iter().zip([["u0", "u1"], ["v0", "v1"]]).filter(|(side, _)| !side.closed);
-    edges
-        .flat_map(|(side, names)| (0..2).filter(|&end| !side.poles[end]).map(move |end| names[end]))
-        .collect()
+    let open =
+        edges.flat_map(|(side, names)| (0..2).filter(|&end| !side.poles[end]).map(move |end| names[end]));
+    Some(open.collect())
 }
 
 /// What its loops leave of a surface.
 fn of_trimmed(trimmed: &Trimmed) -> Measures {
     let mut found = measured(trimmed, Cells::count(trimmed));
-    found.watertight = Some(found.volume.is_some());
-    if found.volume.is_none() {
-        found.open = vec!["border"];
+    // What was not integrated may close.
+    if found.unmeasured.is_empty() {
+        found.watertight = Some(found.volume.is_some());
+        found.open = if found.volume.is_some() { Vec::new() } else { vec!["border"] };
     }
     if found.area.is_some() || !found.unmeasured.is_empty() {
         return found;
@@ -271,7 +260,7 @@ fn of_mesh(mesh: &Mesh) -> Measures {
         // The area vector is right for faces that are not convex, too.
         area += normal.norm() / 2.0;
     }
-    let leaks = leaks(mesh);
+    let leaks = Leaks::of(mesh);
     let watertight = leaks.is_none();
     Measures {
         length: finite(length),
@@ -283,64 +272,6 @@ fn of_mesh(mesh: &Mesh) -> Measures {
         within: None,
         unmeasured: Vec::new(),
     }
-}
-
-/// Where faces of a mesh have no neighbour, or none that fits; `None` where it is watertight.
-fn leaks(mesh: &Mesh) -> Option<Leaks> {
-    let same = mesh.welded();
-    // Both ends of an edge, the lower first, and whether a face runs from it to the higher.
-    let mut edges: Vec<(u64, bool)> = Vec::with_capacity(mesh.corners().len());
-    for face in mesh.faces() {
-        let ends = face.iter().zip(face.iter().skip(1).chain(face.first()));
-        for (a, b) in ends.map(|(a, b)| (same[*a as usize], same[*b as usize])).filter(|(a, b)| a != b) {
-            edges.push((u64::from(a.min(b)) << 32 | u64::from(a.max(b)), a < b));
-        }
-    }
-    edges.sort_unstable();
-    let (mut open, mut turned, mut crowded) = (Vec::new(), Vec::new(), Vec::new());
-    for uses in edges.chunk_by(|a, b| a.0 == b.0) {
-        let forth = uses.iter().filter(|(_, forth)| *forth).count();
-        match uses.len() {
-            n if n == 2 * forth => {}
-            1 => open.push(uses[0].0),
-            2 => turned.push(uses[0].0),
-            _ => crowded.push(uses[0].0),
-        }
-    }
-    let ends = |edge: u64| [(edge >> 32) as u32, edge as u32];
-    let one = *open.first().or(turned.first()).or(crowded.first())?;
-    let [a, b] = ends(one).map(|index| mesh.points()[index as usize].coords);
-    Some(Leaks {
-        open_edges: open.len(),
-        rims: connected(open.iter().map(|&edge| ends(edge))),
-        turned_edges: turned.len(),
-        crowded_edges: crowded.len(),
-        at: (a * 0.5 + b * 0.5).into(),
-    })
-}
-
-/// How many connected sets edges make.
-fn connected(edges: impl Iterator<Item = [u32; 2]>) -> usize {
-    let mut above: HashMap<u32, u32> = HashMap::new();
-    let mut sets = 0;
-    for ends in edges {
-        let [a, b] = ends.map(|end| {
-            sets += usize::from(!above.contains_key(&end));
-            let mut top = *above.entry(end).or_insert(end);
-            while let Some(&next) = above.get(&top).filter(|&&next| next != top) {
-                // Half of the way is shortened each time.
-                let beyond = above.get(&next).copied().unwrap_or(next);
-                above.insert(top, beyond);
-                top = beyond;
-            }
-            top
-        });
-        if a != b {
-            above.insert(a.max(b), a.min(b));
-            sets -= 1;
-        }
-    }
-    sets
 }
 
 fn finite(measure: Option<f64>) -> Option<f64> {
@@ -385,6 +316,29 @@ mod tests {
             assert!(near(all.area, 6.0 * size * size) && near(all.volume, size.powi(3)), "{all:?}");
             assert_eq!((all.watertight, all.leaks), (Some(true), None));
         }
+    }
+
+    /// A surface says where it is open: a quarter of a tube everywhere, a tube at its ends, a ball nowhere; one beyond what numbers hold says nothing.
+    #[test]
+    fn a_surface_is_watertight_or_says_where_not() {
+        let (o, x, z) = (Point::origin(), Vector::x(), Vector::z());
+        let line = Curve::line(Point::new(2.0, 0.0, 0.0), Point::new(2.0, 0.0, 5.0)).unwrap();
+        let meridian = Curve::elliptic_arc(o, -z, x, 0.0, std::f64::consts::PI).unwrap();
+        let turned = |profile: &Curve, angle: f64| Surface::revolution(profile, o, z, angle).unwrap();
+        let told = |surface: &Surface| {
+            let found = of_surface(surface);
+            (found.watertight, found.open)
+        };
+        let tau = std::f64::consts::TAU;
+        assert_eq!(told(&turned(&line, 1.0)), (Some(false), vec!["u0", "u1", "v0", "v1"]));
+        assert_eq!(told(&turned(&line, tau)), (Some(false), vec!["v0", "v1"]));
+        assert_eq!(told(&turned(&meridian, 1.0)), (Some(false), vec!["u0", "u1"]));
+        assert_eq!(told(&turned(&meridian, tau)), (Some(true), vec![]));
+        let huge = turned(&line, 1.0);
+        let points =
+            huge.points().iter().map(|p| (p - Point::new(1.0, 1.0, 1.0)) * 4e307).map(Point::from).collect();
+        let huge = Surface::build(huge.u().clone(), huge.v().clone(), points, None).unwrap();
+        assert_eq!(told(&huge), (None, vec![]));
     }
 
     #[test]

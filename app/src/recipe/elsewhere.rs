@@ -3,12 +3,11 @@
 use loftsman_kernel::plugin::Registry;
 
 /// A name elsewhere, and the operation.
-const NAMES: [(&str, &str); 26] = [
+const NAMES: [(&str, &str); 25] = [
     ("append", "merge"),
     ("blend", "match"),
     ("clip", "section"),
     ("contour", "section"),
-    ("copy_edge", "edge"),
     ("cross-section", "section"),
     ("cut", "section"),
     ("densify", "refine"),

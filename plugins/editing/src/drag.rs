@@ -93,11 +93,7 @@ impl Operation for Drag {
         let mut report = dragged.report;
         report.notes.extend(problem.frames.note());
         report.marks = problem.marks(&after, &report.constraints);
-        let scale = |shape: usize| {
-            let standing = problem.names.get(shape).and_then(|name| scene.standing(name).ok());
-            standing.map_or(1.0, |standing| standing.most())
-        };
-        report.warnings.extend(problem.cut_away(&after, &report.constraints, scale, scene.unit));
+        report.warnings.extend(problem.cut_away(scene, &after, &report.constraints));
         let mut edited = scene.clone();
         for (index, ((name, shape), frames)) in
             problem.names.iter().zip(after).zip(dragged.frames).enumerate()
