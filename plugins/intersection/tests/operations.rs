@@ -680,3 +680,122 @@ fn a_section_is_as_large_as_it_stands() {
     let told = |what: &str| report.notes.iter().any(|note| note.contains(what));
     assert!(told("an area of 4.712 m²") && told("axis and at are in its own coordinates"), "{report:?}");
 }
+
+/// What a plane cuts of a group or an instance is what it cuts of each of its parts where that stands, and nothing of what is hidden.
+#[test]
+fn a_group_and_an_instance_are_cut_part_by_part() {
+    use loftsman_kernel::scene::{Definition, Layer};
+    use nalgebra::{Matrix4, Vector3};
+    let circle = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+    let pipe =
+        || Object::new("pipe", Surface::extrusion(&circle, Vector::new(0.0, 0.0, 4.0)).unwrap().into());
+    let below = |mut object: Object, parent: &str, map: Matrix4<f64>| {
+        object.parent = Some(parent.into());
+        object.transform = Some(map);
+        object
+    };
+    let turn = Matrix4::from_axis_angle(&Vector::x_axis(), 0.4);
+    let wide = Matrix4::new_nonuniform_scaling(&Vector3::new(3.0, 0.5, 1.0));
+    let mirrored = Matrix4::new_translation(&Vector3::new(3.0, 1.0, 0.4))
+        * Matrix4::new_nonuniform_scaling(&Vector3::new(-2.0, 2.0, 2.0));
+
+    let mut scene = Scene::new();
+    scene.layers.add(Layer::new("steel")).unwrap();
+    scene.layers.add(Layer::new("construction").hidden()).unwrap();
+    let mut part = Definition::new("part");
+    part.add(below(pipe(), "rig", wide)).unwrap();
+    part.add(Object::new("rig", Geometry::Group)).unwrap();
+    part.add(Object::new("cube", cube().into())).unwrap();
+    scene.define(part).unwrap();
+    let mut whole = Object::new("whole", Geometry::Group);
+    whole.transform =
+        Some(Matrix4::new_translation(&Vector3::new(0.0, 0.0, 70.0)) * Matrix4::new_scaling(3.0));
+    scene.add(whole).unwrap();
+    scene.add(below(Object::new("first", Geometry::Instance("part".into())), "whole", turn)).unwrap();
+    let mut second = below(Object::new("second", Geometry::Instance("part".into())), "first", mirrored);
+    second.layer = Some("steel".into());
+    scene.add(second).unwrap();
+    let mut unseen = below(pipe().renamed("unseen"), "whole", Matrix4::identity());
+    unseen.layer = Some("construction".into());
+    scene.add(unseen).unwrap();
+    scene.add(pipe().renamed("beside")).unwrap();
+
+    // The same one by one: each part moved to where it is in the group, so that all its numbers are in that one's coordinates.
+    let parts = [
+        ("first/pipe", turn * wide, false),
+        ("first/cube", turn, true),
+        ("second/pipe", turn * mirrored * wide, false),
+        ("second/cube", turn * mirrored, true),
+    ];
+    let plane = json!({ "point": [0.1, 0.2, 1.1], "normal": [0.1, -0.2, 1.0] });
+    let (mut area, mut lengths) = (0.0, Vec::new());
+    for (name, map, is_cube) in &parts {
+        let mut alone = Scene::new();
+        let geometry = if *is_cube { Geometry::from(cube()) } else { pipe().geometry().clone() };
+        alone.add(Object::new(*name, geometry.transformed(map).unwrap())).unwrap();
+        let report = run(&mut alone, "section", json!({ "plane": plane, "tolerance": 1e-8 })).unwrap();
+        let found = &report.numbers["planes"][0];
+        area += found["area"].as_f64().unwrap_or(0.0);
+        let pieces = alone.objects()[1..].iter().map(|o| o.geometry().clone());
+        lengths.extend(pieces.map(|piece| (format!("whole section {name}"), size_of_piece(&piece))));
+    }
+    assert!(lengths.len() >= 3 && area > 1.0, "{lengths:?} {area}");
+
+    let known = scene.objects().len();
+    let mut all = scene.clone();
+    let report =
+        run(&mut all, "section", json!({ "object": "whole", "plane": plane, "tolerance": 1e-8 })).unwrap();
+    let found = &report.numbers["planes"][0];
+    let told = found["area"].as_f64().unwrap();
+    // Lengths are three times as long where the group stands.
+    assert!((told / (9.0 * area) - 1.0).abs() < 1e-6, "{told} {area}");
+    assert_eq!(found["pieces"], lengths.len());
+    assert_eq!(found["parts"].as_array().unwrap().len(), lengths.len());
+    let added: Vec<(String, f64)> =
+        all.objects()[known..].iter().map(|o| (o.name().to_owned(), size_of_piece(o.geometry()))).collect();
+    for ((name, size), (expected, other)) in added.iter().zip(&lengths) {
+        assert!(name == expected && (size / other - 1.0).abs() < 1e-6, "{added:?} {lengths:?}");
+    }
+    for object in &all.objects()[known..] {
+        assert_eq!(object.transform, all.object("whole").unwrap().transform);
+        assert_eq!(object.layer.as_deref(), object.name().contains("second").then_some("steel"));
+    }
+    let note = format!("cuts {} pieces of {} parts", lengths.len(), lengths.len());
+    assert!(report.notes.iter().any(|n| n.contains(&note)), "{:?}", report.notes);
+
+    // An instance shows its own parts alone, called by what is within it.
+    let mut one = scene.clone();
+    let report = run(&mut one, "section", json!({ "object": "second", "axis": "z", "count": 3 })).unwrap();
+    assert_eq!(report.numbers["planes"].as_array().unwrap().len(), 3);
+    let names: Vec<&str> = one.objects()[known..].iter().map(Object::name).collect();
+    assert!(names.contains(&"second section pipe") && names.contains(&"second section cube"), "{names:?}");
+
+    // What shows nothing, or nothing that is seen.
+    let mut hidden = scene.clone();
+    hidden.object_mut("first").unwrap().layer = Some("construction".into());
+    hidden.object_mut("second").unwrap().layer = Some("construction".into());
+    let error = run(&mut hidden, "section", json!({ "object": "whole", "axis": "z", "at": 1 })).unwrap_err();
+    assert!(error.contains("\"whole\" shows no brep") && error.contains("hidden layers"), "{error}");
+    scene.add(Object::new("empty", Geometry::Group)).unwrap();
+    let error = run(&mut scene, "section", json!({ "object": "empty", "axis": "z", "at": 1 })).unwrap_err();
+    assert!(error.contains("\"empty\" shows no brep") && !error.contains("hidden"), "{error}");
+    // Nothing is added where one part cannot be cut.
+    let flat = Matrix4::new_nonuniform_scaling(&Vector3::new(1.0, 1.0, 0.0));
+    scene.object_mut("second").unwrap().transform = Some(flat);
+    let count = scene.objects().len();
+    let error = run(&mut scene, "section", json!({ "object": "whole", "axis": "z", "at": 1 })).unwrap_err();
+    assert!(error.contains("second/pipe") && error.contains("flattens it"), "{error}");
+    assert_eq!(scene.objects().len(), count);
+}
+
+/// The length of a curve by chords, or of a polyline.
+fn size_of_piece(geometry: &Geometry) -> f64 {
+    let points: Vec<Point> = match geometry {
+        Geometry::Curve(curve) => {
+            let (a, b) = curve.domain();
+            (0..=4000).map(|k| curve.point((a + (b - a) * f64::from(k) / 4000.0).min(b)).unwrap()).collect()
+        }
+        other => other.points().to_vec(),
+    };
+    points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
+}

@@ -12,7 +12,7 @@ use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::text::{a, without_rounding};
 use serde_json::{Map, Value, json};
 
-use super::{NAME, add_beside, as_curve, base_name, place, told, tolerance};
+use super::{Beside, NAME, add_beside, as_curve, base_name, place, told, tolerance};
 use crate::{
     Contact, Intersections, Meeting, Options, curve_surface, curves, gap_of_curve_and_surface, gap_of_curves,
     self_intersections,
@@ -138,7 +138,8 @@ impl Operation for Intersect {
             notes.push(format!("{what} are {far} apart, at {at}"));
             numbers.insert("gap".into(), gap.distance.into());
         }
-        add_beside(scene, object, &name, geometries)?;
+        let beside = |geometry| Beside { name: name.clone(), geometry, layer: None };
+        add_beside(scene, object, geometries.into_iter().map(beside).collect())?;
         Ok(StepReport {
             op: "intersect".into(),
             object: Some(object.to_owned()),

@@ -48,20 +48,23 @@ fn place(point: &Point) -> String {
     format!("({x}, {y}, {z})")
 }
 
-/// Adds objects beside the one that they were made of: placed and layered as it is. All of them, or none.
-fn add_beside(
-    scene: &mut Scene,
-    source: &str,
-    name: &str,
-    geometries: Vec<Geometry>,
-) -> Result<(), OperationError> {
+/// What is added to a scene.
+struct Beside {
+    name: String,
+    geometry: Geometry,
+    /// Its layer, where it is not that of what it was made of.
+    layer: Option<String>,
+}
+
+/// Adds objects beside the one that they were made of: placed as it is, and layered so where they say no other layer. All of them, or none.
+fn add_beside(scene: &mut Scene, source: &str, pieces: Vec<Beside>) -> Result<(), OperationError> {
     let source = scene.object(source)?.clone();
-    let mut added: Vec<String> = Vec::with_capacity(geometries.len());
-    for geometry in geometries {
-        let mut object = Object::new(scene.unique_name(name), geometry);
+    let mut added: Vec<String> = Vec::with_capacity(pieces.len());
+    for piece in pieces {
+        let mut object = Object::new(scene.unique_name(&piece.name), piece.geometry);
         object.parent.clone_from(&source.parent);
         object.transform = source.transform;
-        object.layer.clone_from(&source.layer);
+        object.layer = piece.layer.or_else(|| source.layer.clone());
         let name = object.name().to_owned();
         if let Err(error) = scene.add(object) {
             for name in added.iter().rev() {
