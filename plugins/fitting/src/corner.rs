@@ -43,7 +43,8 @@ impl Corners {
             Self::Auto => SHARP,
         };
         let size = points.iter().fold(0.0_f64, |m, p| m.max((p - points[0]).amax()));
-        let chain = places(points, closed, tolerance.max(SAME * size));
+        let least_apart = tolerance.max(SAME * size);
+        let chain = places(points, closed, least_apart);
         let n = chain.len();
         if n < 3 {
             return Vec::new();
@@ -71,8 +72,11 @@ impl Corners {
             if self == Self::Auto && self.blunt(&at, j as usize, n, closed, ARM * tolerance, least) {
                 continue;
             }
-            corners.push(chain[j as usize]);
+            let (before, after) = (at(j as usize + n - 1), at(j as usize + 1));
+            corners.push(apex(points, chain[j as usize], closed, least_apart, before, after));
         }
+        corners.sort_unstable();
+        corners.dedup();
         corners
     }
 
@@ -169,6 +173,23 @@ fn side(turn: &impl Fn(isize) -> Turn, j: isize, least: f64, n: usize, step: isi
     None
 }
 
+/// Of the points that are one place with `here`, which follow it (in a closed chain lie before it, too, where that is its first), the one at which the
+/// corner is: the farthest from the chord between the places before and after. A curve through another one would have to turn twice.
+fn apex(points: &[Vector], here: usize, closed: bool, least: f64, before: Vector, after: Vector) -> usize {
+    let near = |k: &usize| (points[*k] - points[here]).norm() <= least;
+    let behind = (here + 1..points.len()).take_while(near);
+    let ahead = (here + 1..points.len()).rev().take_while(|k| closed && here == 0 && near(k));
+    let along = (after - before).normalize();
+    let off = |k: usize| {
+        let from = points[k] - before;
+        let off = (from - along * along.dot(&from)).norm();
+        // Where the points run back on themselves there is no chord.
+        if off.is_finite() { off } else { from.norm() }
+    };
+    // Of equals the first.
+    behind.chain(ahead).fold(here, |best, k| if off(k) > off(best) { k } else { best })
+}
+
 /// The points without those within `least` of the one before; of an open chain the last one stays.
 fn places(points: &[Vector], closed: bool, least: f64) -> Vec<usize> {
     let far = |a: usize, b: usize| (points[a] - points[b]).norm() > least;
@@ -213,6 +234,31 @@ mod tests {
         }
         assert!(Corners::Angle(1.6).find(&polygon(&square, 7), true, 1e-4).is_empty());
         assert!(Corners::None.find(&polygon(&square, 7), true, 1e-4).is_empty());
+    }
+
+    /// A point of a smooth side may be within the tolerance of the corner: the corner is where it is, on whichever side that point lies, wherever the chain begins.
+    #[test]
+    fn a_corner_beside_a_point_within_the_tolerance_is_the_corner() {
+        let right = [(0.0, 0.0), (1.0, 0.05), (2.0, 0.12), (2.68, 0.176), (2.71, 0.1789), (2.714, 0.1793)];
+        let down = [(2.714, -13.87), (2.714, -27.9), (2.1, -27.98), (0.0, -28.0), (0.0, -14.0)];
+        let outline: Vec<Vector> = right.iter().chain(&down).map(|&(x, y)| Vector::new(x, y, 0.0)).collect();
+        let n = outline.len();
+        for way in [Corners::Auto, Corners::Angle(0.8)] {
+            for mirrored in [false, true] {
+                for first in 0..n {
+                    let turned: Vec<Vector> =
+                        (0..n).map(|k| outline[(if mirrored { 2 * n - k } else { k } + first) % n]).collect();
+                    let found = way.find(&turned, true, 0.005);
+                    let places: Vec<Vector> = found.iter().map(|&k| turned[k]).collect();
+                    assert!(places.contains(&outline[5]), "{first} {mirrored}: {places:?}");
+                    assert!(!places.contains(&outline[4]), "{first} {mirrored}: {places:?}");
+                }
+            }
+        }
+        // Points that are one place are one corner: the first of them.
+        let square = polygon(&[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)], 3);
+        let doubled: Vec<Vector> = square.iter().flat_map(|p| [*p, *p]).collect();
+        assert_eq!(Corners::Auto.find(&doubled, true, 1e-4), [0, 6, 12, 18]);
     }
 
     #[test]

@@ -200,6 +200,14 @@ impl Contact {
         Ok(Jet::new(shape, self.at, self.by)?.square().norm())
     }
 
+    /// The direction, square to the edge, in which the derivative across points where the moving surface goes on from the other one, and the length of that one's own.
+    pub(crate) fn lead(&self) -> (Vector, f64) {
+        let speed = self.frame.outwards.norm();
+        let direction = self.frame.outwards / speed;
+        // Where the surface's inside lies at smaller parameters, its derivative points out of it.
+        (if self.at_end { -direction } else { direction }, speed)
+    }
+
     /// The same place beside another place of the surface that stands still.
     pub(crate) fn beside(&self, frame: Frame) -> Self {
         Self { frame, ..self.clone() }

@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 
-use loftsman_kernel::Point;
 use loftsman_kernel::error::{Error, Result};
 use loftsman_kernel::functional::{
     Accuracy, DeclaredFunctional, Edge, Functional, Linearity, On, Rows, ShapeNames, Shapes, Told,
 };
 use loftsman_kernel::plugin::{Declaration, Field, ParameterError, Parameters};
-use loftsman_kernel::shape::{Derivative, Stencil, strips};
+use loftsman_kernel::shape::{Derivative, Shape, Stencil, strips};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::text::{figure, measured};
 use loftsman_kernel::topology::EdgeCurve;
+use loftsman_kernel::{Point, Vector};
 
 use crate::beside::{Askew, Beside, Track, edge_of};
 use crate::contact::{Contact, Frame, Partials};
@@ -49,6 +49,8 @@ pub struct Matching {
     limits: Limits,
     /// Whether a closed edge may begin between the knots of the other.
     free: bool,
+    /// Whether the lines across leave the edge as fast as those of the other surface arrive there, but for one factor all along the edge.
+    led: bool,
     bound: Option<Arc<Bound>>,
 }
 
@@ -68,6 +70,7 @@ pub fn matching(
         continuity,
         limits,
         free: false,
+        led: false,
         bound: None,
     }
 }
@@ -94,6 +97,15 @@ struct Bound {
     apart: f64,
     /// Whether the surface lay folded back on the other one when this was bound.
     folded: bool,
+    /// How many times as fast as the other surface's lines across arrive at the edge those of this one leave it, where that is asked.
+    lead: Option<f64>,
+}
+
+impl Bound {
+    /// Equations of a contact.
+    fn each(&self, continuity: usize) -> usize {
+        continuity + usize::from(self.lead.is_some())
+    }
 }
 
 impl Matching {
@@ -108,6 +120,15 @@ impl Matching {
     #[must_use]
     pub(crate) fn free(mut self, free: bool) -> Self {
         self.free = free;
+        self
+    }
+
+    /// The same with the way across prescribed, square to the edge: `o·S_s = c |T_s|`, `o` being the direction in which the other surface would go on, `T_s` the
+    /// part of its derivative square to the edge, and `c` the mean of what it is now. The tangent planes alone leave open on which side of the edge a surface
+    /// lies; with this it cannot be folded back, and where `S_s = c T_s` it is met in the spaces that hold position.
+    #[must_use]
+    pub(crate) fn led(mut self, led: bool) -> Self {
+        self.led = led;
         self
     }
 
@@ -254,7 +275,11 @@ impl Matching {
             flat,
             apart,
             folded: false,
+            lead: None,
         };
+        if self.led {
+            bound.lead = lead(shapes.get(self.on.shape)?, &bound.contacts)?;
+        }
         bound.folded = self.continuity > 0 && Deviation::folded(&self.deviations(shapes, &bound)?);
         Ok(Arc::new(bound))
     }
@@ -296,7 +321,7 @@ impl Matching {
 impl Functional for Matching {
     fn equations(&self) -> usize {
         match &self.bound {
-            Some(bound) => 3 * bound.rows.len() + self.continuity * bound.contacts.len(),
+            Some(bound) => 3 * bound.rows.len() + bound.each(self.continuity) * bound.contacts.len(),
             None => 3 + self.continuity,
         }
     }
@@ -313,6 +338,12 @@ impl Functional for Matching {
         }
         for contact in &bound.contacts {
             put(rows, shapes, self.on.shape, contact, self.continuity, [1.0, 1.0])?;
+            if let Some(lead) = bound.lead {
+                let across = shapes.stencil(self.on.shape, contact.at, contact.by.of(0, 1))?;
+                let (direction, speed) = contact.lead();
+                rows.equation().along(self.on.shape, &across, direction * contact.step);
+                rows.constant(Vector::new(-lead * speed * contact.step, 0.0, 0.0));
+            }
         }
         Ok(())
     }
@@ -330,9 +361,15 @@ impl Functional for Matching {
         for ((stencil, point), out) in bound.rows.iter().zip(positions.chunks_exact_mut(3)) {
             out.copy_from_slice((stencil.apply(shape.control_vertices()) - point.coords).as_slice());
         }
-        for (contact, out) in bound.contacts.iter().zip(others.chunks_exact_mut(self.continuity.max(1))) {
+        let each = bound.each(self.continuity);
+        for (contact, out) in bound.contacts.iter().zip(others.chunks_exact_mut(each.max(1))) {
             let found = contact.measure(shape)?;
             out.iter_mut().zip([found.slope, found.bend]).for_each(|(out, value)| *out = value);
+            if let (Some(lead), Some(out)) = (bound.lead, out.last_mut()) {
+                let (direction, speed) = contact.lead();
+                let across = shape.value(contact.at, contact.by.of(0, 1))?;
+                *out = (direction.dot(&across) - lead * speed) * contact.step;
+            }
         }
         Ok(())
     }
@@ -398,6 +435,17 @@ impl Functional for Matching {
         let bound = self.fixed(shapes)?;
         Ok(Some(Arc::new(Between { of: Self { bound: Some(bound), ..self.clone() } })))
     }
+}
+
+/// By what factor the lines across of a surface leave its edge faster than those of the other one arrive there, in the mean; `None` where one of them does not.
+fn lead(shape: &dyn Shape, contacts: &[Contact]) -> Result<Option<f64>> {
+    let (mut own, mut other) = (0.0, 0.0);
+    for contact in contacts {
+        own += contact.across(shape)?;
+        other += contact.lead().1;
+    }
+    let lead: f64 = own / other;
+    Ok(Some(lead).filter(|lead| *lead > 0.0 && lead.is_finite()))
 }
 
 /// The rows of a contact, each times a factor.
@@ -585,6 +633,7 @@ impl DeclaredFunctional for Matching {
             continuity,
             limits: limits(p, continuity)?,
             free: false,
+            led: false,
             bound: None,
         })
     }

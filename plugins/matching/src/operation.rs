@@ -156,6 +156,8 @@ struct Asked {
     refine: bool,
     /// Whether a closed edge may begin between the knots of the other.
     free: bool,
+    /// Whether the lines across leave the edge as those of the other surface arrive there.
+    led: bool,
     unit: Unit,
 }
 
@@ -166,6 +168,8 @@ struct Made {
     size: f64,
     /// Whether corners could not be kept away.
     cornered: bool,
+    /// Whether the lines across had to be led.
+    led: bool,
     before: Deviation,
     after: Deviation,
     /// Control vertices along the edge, before and after.
@@ -214,13 +218,16 @@ impl Asked {
             bend: !p.has("metric") || p.choice("metric", &[("bend", true), ("least", false)])?,
             refine: !p.has("refine") || p.flag("refine")?,
             free: true,
+            led: false,
             unit,
         })
     }
 
     /// The match with these limits.
     fn matching(&self, limits: Limits) -> Matching {
-        matching(self.edge, self.other.clone(), self.other_edge, self.continuity, limits).free(self.free)
+        matching(self.edge, self.other.clone(), self.other_edge, self.continuity, limits)
+            .free(self.free)
+            .led(self.led)
     }
 
     /// Rows of control vertices, from an edge on, that a continuity moves.
@@ -255,10 +262,21 @@ impl Asked {
                 }
             }
         };
-        match first? {
-            Ok(made) => Ok(made),
-            Err(refused) => Err(self.told(&refused, surface, other, context, &work)?),
+        let refused = match first? {
+            Ok(made) => return Ok(made),
+            Err(refused) => refused,
+        };
+        if refused.folds() {
+            // Tangent planes leave open on which side of the edge a surface lies.
+            let led = Self { led: true, ..self.clone() };
+            let mut work = work.as_much_again();
+            match led.attempt(surface, other, context, &mut work) {
+                Ok(Ok(made)) => return Ok(Made { led: true, ..made }),
+                // Whoever asked may have had enough; all else says no more than what was refused first.
+                _ => context.observer.proceed(work.called, 0, 0)?,
+            }
         }
+        Err(self.told(&refused, surface, other, context, &work)?)
     }
 
     /// Whether the edge begins beside the other where that has no knots, and would not have to.
@@ -406,6 +424,7 @@ impl Asked {
                     degrees: [degrees(surface), degrees(&start)],
                     edited,
                     cornered,
+                    led: false,
                 }));
             }
             let excess = worst.excess(self.continuity, distance, &self.limits);
@@ -529,6 +548,14 @@ struct Work {
     most: usize,
 }
 
+impl Work {
+    /// As much again as was done, and so much in any case, for another way.
+    fn as_much_again(&self) -> Self {
+        const LEAST: usize = 512;
+        Self { called: self.called, done: 0, most: (2 * self.done).max(LEAST) }
+    }
+}
+
 /// Why it cannot be measured how much a surface bends: which of its knots are closest together, by the length of their domain.
 fn too_close(surface: &Surface) -> String {
     let mut closest = (f64::INFINITY, "u", 0.0, 0.0);
@@ -603,6 +630,12 @@ impl Made {
                     if old == new { String::new() } else { format!(", of degree {new} instead of {old}") };
                 notes.push(format!("{after} control vertices {what} the edge instead of {before}{degree}"));
             }
+        }
+        if self.led {
+            notes.push(
+                "left free it would fold back on the other: its lines across leave the edge as fast as those of the other arrive there, but for one factor all along"
+                    .to_owned(),
+            );
         }
         if self.cornered {
             let why = "meeting the other edge and staying smooth at all knots conflict";

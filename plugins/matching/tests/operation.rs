@@ -319,6 +319,81 @@ fn knots_close_together_do_not_matter_where_nothing_moves() {
     assert!(refused.contains("`match` moves surfaces") && refused.contains("`join`"), "{refused}");
 }
 
+/// Two jagged sheets that stand at some 75 degrees to each other, `u1` of the first near `u0` of the second.
+fn jagged(seed: u64) -> [Surface; 2] {
+    let mut state = seed.wrapping_mul(2654435761) + 1;
+    let mut next = move || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let mut sheet = |upright: bool, degree: usize, count: usize| {
+        let along = Space::clamped_uniform(degree, count).unwrap();
+        let across = Space::clamped_uniform(1 + degree, count).unwrap();
+        let points = (0..count * count)
+            .map(|k| {
+                let [i, j] = [k / count, k % count].map(|k| k as f64 / (count - 1) as f64);
+                let [a, b, c] = [0, 0, 0].map(|_| 0.2 * (next() - 0.5));
+                if upright {
+                    Point::new(1.2 + 0.26 * i + a, j + b, 0.97 * i + c)
+                } else {
+                    Point::new(i + a, j + b, c)
+                }
+            })
+            .collect();
+        Surface::build(across, along, points, None).unwrap()
+    };
+    [sheet(false, 1 + (seed % 3) as usize, 5 + (seed % 2) as usize), sheet(true, 2, 5)]
+}
+
+/// Tangent planes leave open on which side of its edge a surface lies. What would fold back is led, which is said; what lay folded back before is refused.
+#[test]
+fn what_would_fold_back_is_led() {
+    let (mut led, mut free, mut refused) = (0, 0, 0);
+    for seed in 0..24 {
+        let [deck, hull] = jagged(seed);
+        for (continuity, metric) in [(1, "bend"), (1, "least"), (2, "bend")] {
+            let fields = json!({ "object": "deck", "edge": "u1", "with": { "object": "hull", "edge": "u0" },
+                "continuity": continuity, "metric": metric });
+            let mut all = scene(&hull, &deck);
+            match run(&mut all, fields) {
+                Ok(notes) => {
+                    let said = notes.iter().any(|note| note.contains("left free it would fold back"));
+                    led += usize::from(said);
+                    free += usize::from(!said);
+                    let found = worst_angle(all.surface("deck").unwrap(), &hull);
+                    assert!(found < 0.11, "{seed} {continuity} {metric}: {found}°");
+                }
+                Err(problem) => {
+                    eprintln!("{seed} {continuity} {metric}: {problem}");
+                    refused += 1;
+                    assert!(problem.contains("folded back") || continuity == 2, "{seed}: {problem}");
+                }
+            }
+        }
+    }
+    eprintln!("{led} {free} {refused}");
+    assert!(led >= 10 && free >= 10 && refused <= 24, "{led} {free} {refused}");
+}
+
+/// The largest angle, in degrees, between the ways across of a surface at `u1` and of another at `u0` in the plane square to the edge; near 180 where one lies
+/// folded back on the other.
+fn worst_angle(deck: &Surface, hull: &Surface) -> f64 {
+    let square = |s: &Surface, u: f64, v: f64| {
+        let mut all = [Vector::zeros(); 4];
+        s.derivatives_into(u, v, [1, 1], &mut all).unwrap();
+        let along = all[1].normalize();
+        (all[2] - along * along.dot(&all[2])).normalize()
+    };
+    let (end, start) = (deck.u().domain().1, hull.u().domain().0);
+    let ((a, b), (c, d)) = (deck.v().domain(), hull.v().domain());
+    let angle = |k: usize| {
+        let share = k as f64 / 400.0;
+        let [x, y] = [square(deck, end, a + (b - a) * share), square(hull, start, c + (d - c) * share)];
+        x.cross(&y).norm().atan2(x.dot(&y)).to_degrees()
+    };
+    (0..=400).map(angle).fold(0.0, f64::max)
+}
+
 /// Where bending cannot be measured and the metric `least` alone does not do, it is advised together with what does: both were tried.
 #[test]
 fn the_metric_least_is_advised_where_it_helps() {

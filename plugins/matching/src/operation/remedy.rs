@@ -10,9 +10,6 @@ use super::{Asked, TOLERANCE, Work};
 use crate::deviation::{Deviation, Limits};
 use crate::history::Attempt;
 
-/// So many times the work of what was refused may a remedy take, and so much in any case.
-const TIMES: usize = 2;
-const LEAST: usize = 512;
 /// What is allowed instead is so much more than what was reached.
 const MORE: f64 = 1.05;
 
@@ -55,6 +52,11 @@ impl Refused {
     pub(super) fn of(last: Option<&Attempt>, size: f64, why: Why) -> Self {
         Self { count: last.map_or(0, |last| last.count), worst: last.map(|last| last.worst), size, why }
     }
+
+    /// Whether it would fold back on the other, and has not before.
+    pub(super) fn folds(&self) -> bool {
+        matches!(self.why, Why::Folds | Why::FoldsInPart)
+    }
 }
 
 impl Asked {
@@ -93,8 +95,7 @@ impl Asked {
         let mut tries = self.remedies(refused);
         let more = refused.worst.and_then(|worst| self.allowing(&worst, refused.size));
         let works = |asked: &Self| -> Result<bool, OperationError> {
-            let most = (TIMES * work.done).max(LEAST);
-            let mut work = Work { called: "remedy", done: 0, most };
+            let mut work = Work { called: "remedy", ..work.as_much_again() };
             match asked.attempt(surface, other, context, &mut work) {
                 Ok(made) => Ok(made.is_ok()),
                 // Whoever asked may have had enough; all else is no remedy.
@@ -137,7 +138,7 @@ impl Asked {
         let unmeasured = matches!(refused.why, Why::Unmeasured(_));
         if unmeasured {
             tries.push((Self { bend: false, ..self.clone() }, "say metric = \"least\"".to_owned()));
-        } else if matches!(refused.why, Why::Work | Why::NoneFound) {
+        } else if matches!(refused.why, Why::Work | Why::NoneFound) || refused.folds() {
             let freed = Self { keep: None, ..self.clone() };
             let metric = if self.bend { "least" } else { "bend" };
             tries.push((Self { bend: !self.bend, ..self.clone() }, format!("say metric = \"{metric}\"")));
