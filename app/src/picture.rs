@@ -174,7 +174,7 @@ impl Look {
     /// What is not drawn: objects on hidden layers, and what was asked for of some objects that are shown, since beads and
     /// alternating segments are of curves only, and combs of curves and surfaces.
     pub fn unmet(&self, scene: &Scene) -> Vec<String> {
-        let panels = self.shown();
+        let panels = self.spelt(scene).shown();
         let shown = |name: &str| panels.iter().any(|panel| panel.is_drawing() && panel.shows(name));
         let hidden = scene.hidden_layers();
         let without = |of_surfaces: bool| -> Option<String> {
@@ -251,19 +251,58 @@ impl Look {
         let of_panels = self.panels.iter().map(Panel::chosen).zip(0..);
         let chosen = of_panels.map(|(names, panel)| (names, format!("picture.panel[{panel}]")));
         let chosen = std::iter::once((self.objects.as_deref(), "picture".to_owned())).chain(chosen);
+        let begins = |name: &str, scene: &Scene| {
+            let stem = name.strip_suffix('*');
+            stem.is_some_and(|stem| scene.objects().iter().any(|o| o.name().starts_with(stem)))
+        };
         let named = chosen.flat_map(|(names, whose)| {
             let each = names.unwrap_or_default().iter().zip(0..);
             each.map(move |(name, at)| (name, format!("{whose}.objects[{at}]")))
         });
         // What instances show has names of its own, which are looked for last.
-        let unknown: Vec<_> = named.filter(|(name, _)| scene.get(name).is_none()).collect();
+        let unknown: Vec<_> =
+            named.filter(|(name, _)| scene.get(name).is_none() && !begins(name, scene)).collect();
         if unknown.is_empty() {
             return None;
         }
         let flat = scene.flattened(MOST_PLACED).ok()?;
-        let (name, place) = unknown.into_iter().find(|(name, _)| flat.get(name).is_none())?;
+        let (name, place) =
+            unknown.into_iter().find(|(name, _)| flat.get(name).is_none() && !begins(name, &flat))?;
         let near = nearest(name, flat.objects().iter().map(Object::name)).map(str::to_owned);
         Some((place, PictureError::Object { name: name.clone(), near }.to_string()))
+    }
+
+    /// The same with every name that ends in `*`, and that no object has, replaced by those of all objects that begin so, in the order of the scene, what
+    /// instances show among them: what a step adds is called `frames`, `frames.001`, … One with which none begins stays.
+    pub(crate) fn spelt(&self, scene: &Scene) -> Self {
+        let lists = || self.panels.iter().filter_map(Panel::chosen).chain(self.objects.as_deref());
+        if !lists().flatten().any(|name| name.ends_with('*')) {
+            return self.clone();
+        }
+        let Ok(flat) = scene.flattened(MOST_PLACED) else { return self.clone() };
+        let spelt = |names: &[String]| -> Vec<String> {
+            let mut all: Vec<String> = Vec::with_capacity(names.len());
+            for name in names {
+                let stem = name.strip_suffix('*').filter(|_| flat.get(name).is_none());
+                let found = flat.objects().iter().map(Object::name);
+                let found = found.filter(|own| stem.is_some_and(|stem| own.starts_with(stem)));
+                let before = all.len();
+                all.extend(found.map(str::to_owned));
+                if all.len() == before {
+                    all.push(name.clone());
+                }
+            }
+            all
+        };
+        let panel = |panel: &Panel| match panel.chosen() {
+            Some(names) => panel.clone().objects(spelt(names)),
+            None => panel.clone(),
+        };
+        Self {
+            objects: self.objects.as_deref().map(spelt),
+            panels: self.panels.iter().map(panel).collect(),
+            ..self.clone()
+        }
     }
 
     /// The parts of the picture, each with the objects that it shows: one where none are given.
@@ -350,7 +389,7 @@ pub fn draw(
     marks: &[Mark],
     registry: &Registry,
 ) -> Result<(Vec<u8>, Vec<String>)> {
-    let mut picture = look.picture(scene, before, marks);
+    let mut picture = look.spelt(scene).picture(scene, before, marks);
     if let Some(tessellator) = registry.tessellator() {
         picture = picture.tessellator(tessellator);
     }
@@ -431,6 +470,26 @@ mod tests {
             ""
         );
         assert_eq!(said(json!({ "knots": 2, "segments": true, "objects": ["s"] })).lines().count(), 2);
+    }
+
+    /// A name that ends in `*` is of all that begin so, unless one is called that.
+    #[test]
+    fn names_that_begin_alike_are_named_together() {
+        let mut scene = Scene::new();
+        for name in ["rib", "rib.001", "rib.002", "keel", "odd*", "odd one"] {
+            scene.add(Object::new(name, Cloud { points: vec![Point::origin()] }.into())).unwrap();
+        }
+        let look = |names: Value| {
+            look(json!({ "objects": names, "panel": [{ "view": "top" }, { "objects": ["k*"] }] })).unwrap()
+        };
+        let shown = |names: Value| look(names).spelt(&scene).objects.unwrap();
+        assert_eq!(shown(json!(["keel", "rib*"])), ["keel", "rib", "rib.001", "rib.002"]);
+        assert_eq!(shown(json!(["odd*"])), ["odd*"]);
+        assert_eq!(shown(json!(["*"])).len(), 6);
+        assert_eq!(look(json!(["rib*"])).spelt(&scene).panels[1].chosen().unwrap(), ["keel"]);
+        assert_eq!(look(json!(["rib*", "keel", "odd*"])).absent(&scene), None);
+        let (place, problem) = look(json!(["rib*", "deck*"])).absent(&scene).unwrap();
+        assert!(place == "picture.objects[1]" && problem.contains("deck*"), "{place}: {problem}");
     }
 
     #[test]

@@ -21,7 +21,12 @@ pub const AGAINST: [(&str, Against); 2] =
 pub const FIELDS: &[Field] = &[
     Field::optional("title", "text", "none", "a line above the picture"),
     Field::optional("view", "name or [x, y, z]", "\"automatic\"", VIEW),
-    Field::optional("objects", "[name, …]", "all", "what is shown, in every panel that does not say itself"),
+    Field::optional(
+        "objects",
+        "[name, …]",
+        "all",
+        "what is shown, in every panel that does not say itself; \"frames*\": all whose names begin so",
+    ),
     Field::optional(
         "panel",
         "[{ caption, view, profile, faces, objects }, …]",
@@ -95,7 +100,12 @@ pub(super) const PANEL: &[Field] = &[
         "a drawing",
         "a chart of curvature against this",
     ),
-    Field::optional("objects", "[name, …]", "the picture's", "what it shows"),
+    Field::optional(
+        "objects",
+        "[name, …]",
+        "the picture's",
+        "what it shows; \"frames*\": all whose names begin so",
+    ),
     Field::optional("faces", FACES_TAKE, "the picture's", FACES),
 ];
 

@@ -3,15 +3,19 @@
 use loftsman_kernel::plugin::Registry;
 
 /// A name elsewhere, and the operation.
-const NAMES: [(&str, &str); 25] = [
+const NAMES: [(&str, &str); 33] = [
     ("append", "merge"),
+    ("approximate", "fit"),
+    ("bisect", "section"),
     ("blend", "match"),
     ("clip", "section"),
+    ("connect", "join"),
     ("contour", "section"),
     ("cross-section", "section"),
     ("cut", "section"),
     ("densify", "refine"),
     ("divide", "sample"),
+    ("duplicate", "copy"),
     ("extract", "isocurve"),
     ("import", "merge"),
     ("insert", "refine"),
@@ -21,21 +25,33 @@ const NAMES: [(&str, &str); 25] = [
     ("move", "transform"),
     ("patch", "fill"),
     ("pipe", "tube"),
+    ("rail", "sweep"),
+    ("rebuild", "fit"),
     ("reduce", "simplify"),
     ("rotate", "transform"),
     ("scale", "transform"),
     ("slice", "section"),
     ("smooth", "fair"),
     ("spin", "revolve"),
+    ("subdivide", "refine"),
+    ("thicken", "offset"),
     ("translate", "transform"),
     ("triangulate", "tessellate"),
 ];
 
 /// The operation that other programs call so, where it is registered.
-pub(super) fn called(name: &str, registry: &Registry) -> Option<&'static str> {
+pub(crate) fn called(name: &str, registry: &Registry) -> Option<&'static str> {
+    called_among(name, registry.operations().iter().map(|o| o.declaration().name))
+}
+
+/// The same, where it is among these operations.
+pub(crate) fn called_among<'a>(
+    name: &str,
+    mut operations: impl Iterator<Item = &'a str>,
+) -> Option<&'static str> {
     let name = name.to_lowercase();
     let (_, ours) = NAMES.iter().find(|(other, _)| *other == name)?;
-    registry.operations().iter().any(|o| o.declaration().name == *ours).then_some(ours)
+    operations.any(|operation| operation == *ours).then_some(ours)
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ mod aftermath;
 mod changes;
 mod closest;
 mod deviation;
-mod elsewhere;
+pub(crate) mod elsewhere;
 mod inputs;
 mod merge;
 mod parse;

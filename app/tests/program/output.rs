@@ -131,6 +131,12 @@ fn plugins_lists_everything_with_its_fields() {
     }
     let text = bench.done(&["plugins", "document"]);
     assert!(text.contains("    rate  a number, frames a second\n") && !text.contains(location), "{text}");
+    // What other programs call otherwise, and what the help of others speaks of.
+    for (name, ours) in
+        [("mirror", "loftsman plugins symmetrize"), ("Slice", "loftsman plugins section"), ("seams", "speak")]
+    {
+        bench.fails(&["plugins", name], 2, &["nothing is called", ours]);
+    }
     // Formats are found by the endings of their files, and the formats of pictures have the fields of pictures.
     for (ending, name) in [("glb", "gltf"), (".STP", "step"), ("obj", "obj")] {
         let formats = bench.json(&["plugins", ending])["formats"].clone();

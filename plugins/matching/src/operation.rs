@@ -14,7 +14,7 @@ use loftsman_kernel::plugin::{
 use loftsman_kernel::scene::{Geometry, Scene, Unit};
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::{SaddlePoint, SolveError};
-use loftsman_kernel::spline::{Direction, Surface};
+use loftsman_kernel::spline::{Direction, Space, Surface};
 use loftsman_kernel::text::{a, figure, short};
 use loftsman_kernel::topology::EdgeCurve;
 
@@ -153,12 +153,34 @@ struct Asked {
     /// Whether limits were given that a lower continuity has not.
     limited: bool,
     bend: bool,
+    /// Whether the metric was said.
+    measured: bool,
     refine: bool,
     /// Whether a closed edge may begin between the knots of the other.
     free: bool,
     /// Whether the lines across leave the edge as those of the other surface arrive there.
     led: bool,
     unit: Unit,
+}
+
+/// What keeps a surface from folding back that would where it is bent as little as can be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Unfolded {
+    /// It is moved least.
+    Least,
+    /// Its lines across are led.
+    Led,
+}
+
+impl Unfolded {
+    fn told(self) -> &'static str {
+        match self {
+            Self::Least => "it is moved as little as can be, and not bent as little (metric = \"least\")",
+            Self::Led => {
+                "its lines across leave the edge as fast as those of the other arrive there, but for one factor all along"
+            }
+        }
+    }
 }
 
 /// What became of it.
@@ -168,8 +190,8 @@ struct Made {
     size: f64,
     /// Whether corners could not be kept away.
     cornered: bool,
-    /// Whether the lines across had to be led.
-    led: bool,
+    /// What keeps it from folding back.
+    unfolded: Option<Unfolded>,
     before: Deviation,
     after: Deviation,
     /// Control vertices along the edge, before and after.
@@ -216,6 +238,7 @@ impl Asked {
             keeps: p.has("keep"),
             limited: p.has("angle") || p.has("curvature"),
             bend: !p.has("metric") || p.choice("metric", &[("bend", true), ("least", false)])?,
+            measured: p.has("metric"),
             refine: !p.has("refine") || p.flag("refine")?,
             free: true,
             led: false,
@@ -267,13 +290,17 @@ impl Asked {
             Err(refused) => refused,
         };
         if refused.folds() {
-            // Tangent planes leave open on which side of the edge a surface lies.
+            // Tangent planes leave open on which side of the edge a surface lies. What moves least comes about on its own, if it does.
+            let least = Self { bend: false, ..self.clone() };
             let led = Self { led: true, ..self.clone() };
-            let mut work = work.as_much_again();
-            match led.attempt(surface, other, context, &mut work) {
-                Ok(Ok(made)) => return Ok(Made { led: true, ..made }),
-                // Whoever asked may have had enough; all else says no more than what was refused first.
-                _ => context.observer.proceed(work.called, 0, 0)?,
+            let ways = [(!self.measured).then_some((least, Unfolded::Least)), Some((led, Unfolded::Led))];
+            for (asked, by) in ways.into_iter().flatten() {
+                let mut work = work.as_much_again();
+                match asked.attempt(surface, other, context, &mut work) {
+                    Ok(Ok(made)) => return Ok(Made { unfolded: Some(by), ..made }),
+                    // Whoever asked may have had enough; all else says no more than what was refused first.
+                    _ => context.observer.proceed(work.called, 0, 0)?,
+                }
             }
         }
         Err(self.told(&refused, surface, other, context, &work)?)
@@ -424,7 +451,7 @@ impl Asked {
                     degrees: [degrees(surface), degrees(&start)],
                     edited,
                     cornered,
-                    led: false,
+                    unfolded: None,
                 }));
             }
             let excess = worst.excess(self.continuity, distance, &self.limits);
@@ -444,7 +471,8 @@ impl Asked {
         if degree < least {
             surface = surface.elevate(across, least - degree)?;
         }
-        let needed = least + self.keep.map_or(1, Self::rows);
+        let rows = |rows: usize| say(surface.space(across), rows);
+        let needed = rows(least) + self.keep.map_or(1, |keep| rows(Self::rows(keep)));
         while surface.space(across).len() < needed {
             let breaks = surface.space(across).breakpoints();
             let longest = breaks.windows(2).max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
@@ -460,9 +488,8 @@ impl Asked {
         let (rows, columns) = (surface.u().len(), surface.v().len());
         let edge = self.edge.number_on(surface)?;
         let edge = EdgeCurve::of(surface, edge, "match")?.edge;
-        // Those that have a say at the far edge: all of the last span's, where it is not clamped.
         let across = surface.space(along.other());
-        let say = if across.is_clamped() { Self::rows(keep) } else { across.degree().max(Self::rows(keep)) };
+        let say = say(across, Self::rows(keep));
         let count = across.len();
         let stays = |i: usize| if edge.at_end { i < say } else { i + say >= count };
         let mut locked = Vec::new();
@@ -525,6 +552,11 @@ impl Asked {
         }
         Ok(Ok(surface.insert_knots(case.along, &knots)?))
     }
+}
+
+/// How many rows have a say in so many derivatives at an end: at one that is not clamped, all of the last span.
+fn say(across: &Space, rows: usize) -> usize {
+    if across.is_clamped() { rows } else { across.degree().max(rows) }
 }
 
 /// What is matched.
@@ -631,11 +663,8 @@ impl Made {
                 notes.push(format!("{after} control vertices {what} the edge instead of {before}{degree}"));
             }
         }
-        if self.led {
-            notes.push(
-                "left free it would fold back on the other: its lines across leave the edge as fast as those of the other arrive there, but for one factor all along"
-                    .to_owned(),
-            );
+        if let Some(unfolded) = self.unfolded {
+            notes.push(format!("left free it would fold back on the other: {}", unfolded.told()));
         }
         if self.cornered {
             let why = "meeting the other edge and staying smooth at all knots conflict";

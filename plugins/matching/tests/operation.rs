@@ -345,6 +345,94 @@ fn jagged(seed: u64) -> [Surface; 2] {
     [sheet(false, 1 + (seed % 3) as usize, 5 + (seed % 2) as usize), sheet(true, 2, 5)]
 }
 
+/// What was one surface until it was split meets itself with every continuity, and stays where it is: the adjustment is rounding, whatever share of itself
+/// it still changes by. Nearly so where it is off by less than can be seen.
+#[test]
+fn what_meets_already_stays_where_it_is() {
+    let mut state = 7_u64;
+    let mut next = move || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    };
+    for degree in [3, 4, 5] {
+        for (extra, size) in [(1, 1.0), (2, 1e3), (3, 1e-3), (2, 1e-7)] {
+            let count = degree + extra;
+            let space = Space::clamped_uniform(degree, count).unwrap();
+            let points = (0..count * count).map(|k| {
+                let [i, j] = [k / count, k % count].map(|k| k as f64 / (count - 1) as f64);
+                Point::new(i + 0.03 * next(), j + 0.03 * next(), 0.4 * next()) * size
+            });
+            let whole = Surface::build(space.clone(), space, points.collect(), None).unwrap();
+            let halves = whole.split(Direction::U, 0.37).unwrap();
+            let [left, right] = &halves[..] else { panic!("{halves:?}") };
+            for off in [0.0, 1e-14, 1e-12, 1e-10, 1e-8] {
+                let moved =
+                    right.points().iter().map(|p| p + Vector::new(next(), next(), next()) * (off * size));
+                let beside =
+                    Surface::build(right.u().clone(), right.v().clone(), moved.collect(), None).unwrap();
+                for continuity in [0, 1, 2] {
+                    let fields = json!({ "object": "deck", "edge": "u0", "with": { "object": "hull", "edge": "u1" },
+                        "continuity": continuity });
+                    let mut all = scene(left, &beside);
+                    let what = format!(
+                        "degree {degree}, {count} vertices, size {size:e}, off by {off:e}, G{continuity}"
+                    );
+                    run(&mut all, fields).unwrap_or_else(|e| panic!("{what}: {e}"));
+                    let now = all.surface("deck").unwrap();
+                    let ((a, b), (c, d)) = (right.u().domain(), right.v().domain());
+                    let at =
+                        |k: i32| (a + (b - a) * f64::from(k % 7) / 6.0, c + (d - c) * f64::from(k / 7) / 6.0);
+                    let moved =
+                        (0..49).map(at).map(|(u, v)| now.point(u, v).unwrap() - right.point(u, v).unwrap());
+                    let far = moved.map(|by| by.norm()).fold(0.0, f64::max);
+                    assert!(far <= (1e3 * off + 1e-11) * size, "{what}: {far:e}");
+                }
+            }
+        }
+    }
+}
+
+/// Surfaces that are not clamped across the edge, of one piece or more: all rows of the last span have a say there, so that they get more of them.
+#[test]
+fn one_piece_that_is_not_clamped_is_matched() {
+    let sheet = |x: f64, across: Space, bend: f64| {
+        let (n, along) = (across.len(), Space::clamped_uniform(3, 4).unwrap());
+        let points = (0..4 * n).map(|k| {
+            let (i, j) = ((k / 4) as f64, (k % 4) as f64);
+            Point::new(x + 2.0 * i / (n - 1) as f64, 2.0 * j / 3.0 - 1.0, bend * i * i)
+        });
+        Surface::build(across.clone(), along, points.collect(), None).unwrap()
+    };
+    let hull = sheet(0.5, Space::clamped_uniform(3, 5).unwrap(), 0.05);
+    for degree in 1..=6 {
+        for pieces in 1..=3 {
+            let knots = (0..=2 * degree + pieces).map(|k| k as f64).collect();
+            let across = Space::open(degree, knots).unwrap();
+            let deck = sheet(-2.0, across, 0.02);
+            for continuity in [0, 1, 2] {
+                for keep in [json!(null), json!(0), json!(2), json!("nothing")] {
+                    let mut fields = json!({ "object": "deck", "edge": "u1", "with": { "object": "hull", "edge": "u0" },
+                        "continuity": continuity });
+                    if !keep.is_null() {
+                        fields["keep"] = keep.clone();
+                    }
+                    let what = format!("degree {degree}, {pieces} pieces, G{continuity}, keep {keep}");
+                    let mut all = scene(&hull, &deck);
+                    run(&mut all, fields).unwrap_or_else(|e| panic!("{what}: {e}"));
+                    let now = all.surface("deck").unwrap();
+                    // The far edge stays.
+                    let ((a, _), (from, to)) = (deck.u().domain(), deck.v().domain());
+                    for k in 0..=4 {
+                        let v = from + (to - from) * f64::from(k) / 4.0;
+                        let off = (now.point(a, v).unwrap() - deck.point(a, v).unwrap()).norm();
+                        assert!(keep == json!("nothing") || off < 1e-12, "{what}: {off:e}");
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// Tangent planes leave open on which side of its edge a surface lies. What would fold back is led, which is said; what lay folded back before is refused.
 #[test]
 fn what_would_fold_back_is_led() {

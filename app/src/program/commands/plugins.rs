@@ -136,13 +136,50 @@ impl Known {
         let names = names.chain(self.constraints.iter().map(|c| c.name));
         let names = names.chain(self.shapes.iter().map(|k| k.name)).chain(SORTS);
         let near = nearest(name, names.chain(self.solvers.iter().map(String::as_str)));
-        all.find_map(|(whose, list)| fields(whose, &list)).unwrap_or_else(|| match near {
+        if let Some(field) = all.find_map(|(whose, list)| fields(whose, &list)) {
+            return field;
+        }
+        let operations = self.operations.iter().map(|o| o.declaration.name);
+        if let Some(ours) = recipe::elsewhere::called_among(name, operations) {
+            return format!(
+                "nothing is called {name}; what comes nearest to it is {ours}: see loftsman plugins {ours}"
+            );
+        }
+        let speak = self.speaking_of(name);
+        if let [first, ..] = &speak[..] {
+            return format!(
+                "nothing is called {name}; {} {} of it: see loftsman plugins {first}",
+                speak.join(", "),
+                if speak.len() > 1 { "speak" } else { "speaks" }
+            );
+        }
+        match near {
             Some(near) => format!("nothing is called {name}; did you mean {near}?"),
             None => format!(
                 "nothing is called {name}; give the name of a format, an operation, a constraint or a solver, or one of {}",
                 SORTS.join(", ")
             ),
-        })
+        }
+    }
+
+    /// The operations and constraints, and the tables of fields, in whose help a word stands, in the singular or the plural.
+    fn speaking_of(&self, name: &str) -> Vec<&str> {
+        const MOST: usize = 6;
+        let name = name.to_lowercase();
+        let one = name.strip_suffix('s').unwrap_or(&name);
+        let says = |text: &str| {
+            let mut words = text.split(|c: char| !c.is_alphanumeric());
+            words.any(|word| {
+                let word = word.to_lowercase();
+                one.len() > 2 && word.strip_suffix('s').unwrap_or(&word) == one
+            })
+        };
+        let tells = |help: &str, fields: &[Field]| says(help) || fields.iter().any(|f| says(f.help));
+        let declared = self.operations.iter().map(|o| &o.declaration).chain(&self.constraints);
+        let declared = declared.filter(|d| tells(d.help, d.fields)).map(|d| d.name);
+        let own = [("picture", &self.picture), ("recipe", &self.recipe), ("document", &self.document)];
+        let own = own.into_iter().filter(|(_, fields)| tells("", fields)).map(|(whose, _)| whose);
+        declared.chain(own).take(MOST).collect()
     }
 
     /// The entries of one name, a constraint with what every constraint takes, a format by the ending of its files as well.

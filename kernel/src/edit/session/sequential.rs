@@ -29,6 +29,9 @@ const MET: f64 = 1e-12;
 /// The adjustment stands still where a whole step would change it by no more than this, relative to itself; after half of
 /// the iterations, where rounding keeps an ill-conditioned one moving, by no more than that.
 const STILL: [f64; 2] = [1e-10, 1e-7];
+/// So does one that a whole step would change by no more than this part of the shapes' size: where everything holds to rounding from the start, the adjustment
+/// is rounding, and a share of itself says nothing.
+const REST: f64 = 1e-12;
 /// The share of the decrease that the linear problem promises, which a step must bring.
 const SHARE: f64 = 1e-4;
 /// The shortest step, as a share of the whole one.
@@ -145,7 +148,9 @@ impl<S: Shape> Session<S> {
                 (step, whole) => step / whole,
             };
             let met = here.errors.iter().zip(&here.allowed).all(|((error, _), allowed)| error <= allowed);
-            if met && convergence.change <= STILL[usize::from(iteration > ITERATIONS / 2)] {
+            let still = convergence.change <= STILL[usize::from(iteration > ITERATIONS / 2)]
+                || largest(&step) <= REST * self.prepared.check.reach;
+            if met && still {
                 let right = (&solved.rhs[..], &solved.size[..]);
                 let part = solved.part.as_ref().map_or(&here.assembly, |(part, _)| part);
                 let out = excess(&part.system, solved.factored.as_ref(), right, &solved.d, PROPORTION)?;
