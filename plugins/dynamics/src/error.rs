@@ -126,7 +126,7 @@ pub enum DynamicsError {
     /// The numbers left all bounds.
     #[error(
         "the simulation blows up after {} s, in a step of {} s: {}",
-        figure(*.time), figure(*.step), what_to_do(*.step, *.stable, *.implicit)
+        figure(*.time), figure(*.step), what_to_do((*.step, *.stable), *.implicit, *.fed, .lost.as_deref())
     )]
     BlowsUp {
         /// When.
@@ -137,6 +137,10 @@ pub enum DynamicsError {
         stable: f64,
         /// Whether the step was implicit.
         implicit: bool,
+        /// Whether anything is asked to move, comes or goes, or is still drawn in.
+        fed: bool,
+        /// A constraint whose place ran away along its shape.
+        lost: Option<String>,
     },
     /// There is no place any more that does what is only followed.
     #[error(
@@ -152,9 +156,8 @@ pub enum DynamicsError {
     },
     /// Energy came from nowhere.
     #[error(
-        "the simulation blows up after {} s, in a step of {} s: nothing was put in, and energy rose by {} % of what moved and was stretched; steps up to {} s are stable, but what holds it drifts in them \
-         and is drawn back; give a smaller step or scheme \"implicit\", or hold it elsewhere: where it does not turn so sharply, and farther from an end",
-        figure(*.time), figure(*.step), short(100.0 * *.rise), figure(*.stable)
+        "the simulation blows up after {} s, in a step of {} s: nothing was put in, and energy rose by {} % of what moved and was stretched; {}",
+        figure(*.time), figure(*.step), short(100.0 * *.rise), where_from(*.step, *.stable, *.implicit, *.held)
     )]
     Rises {
         /// When.
@@ -165,6 +168,10 @@ pub enum DynamicsError {
         stable: f64,
         /// By which share of what moved and was stretched.
         rise: f64,
+        /// Whether the step was implicit.
+        implicit: bool,
+        /// Whether anything holds it then.
+        held: bool,
     },
     /// On the way to rest numbers grew beyond all bounds.
     #[error(
@@ -232,22 +239,51 @@ pub enum DynamicsError {
     Geometry(#[from] Error),
 }
 
-fn what_to_do(step: f64, stable: f64, implicit: bool) -> String {
-    if implicit {
-        let explicit = figure(stable);
+fn where_from(step: f64, stable: f64, implicit: bool, held: bool) -> String {
+    let longer = step > stable;
+    let stable = figure(stable);
+    match (implicit, held) {
+        (true, true) => {
+            "what holds it moved too far along it, or turned, in one step; give a smaller step, or hold it elsewhere".to_owned()
+        }
+        (true, false) => "nothing holds it, and it folds or turns too far in one step; give a smaller step".to_owned(),
+        (false, _) if longer => format!("steps up to {stable} s are stable; give a smaller step, or leave it out"),
+        (false, true) => format!(
+            "steps up to {stable} s are stable, but what holds it drifts in them and is drawn back; give a smaller step or scheme \"implicit\", or hold it elsewhere: where it does not turn so \
+             sharply, and farther from an end"
+        ),
+        (false, false) => format!(
+            "steps up to {stable} s are stable where it is stretched, but nothing holds it, and it folds; give a smaller step, some `bending` or `viscosity`, or scheme \"implicit\""
+        ),
+    }
+}
+
+fn what_to_do((step, stable): (f64, f64), implicit: bool, fed: bool, lost: Option<&str>) -> String {
+    let longer = step > stable && !implicit;
+    let stable = figure(stable);
+    if let Some(name) = lost.filter(|_| !longer) {
         return format!(
-            "what is asked moves too much at once; give a smaller step (explicit ones are stable up to {explicit} s), more damping, or targets \
-             that come more slowly"
+            "steps up to {stable} s would be stable, but \"{name}\" runs away along its shape, as where what it asks for hardly changes along that and nothing tells where it is; give scheme \"epsilon\", in which such a place has a \
+             mass, a smaller step, or a location that stays (`at`)"
         );
     }
-    let advice = "give a smaller step, or scheme \"implicit\"";
-    if step > stable {
-        format!("steps up to {} s are stable; {advice}", figure(stable))
-    } else {
-        let stable = figure(stable);
-        format!(
-            "steps up to {stable} s would be stable, but what is asked moves too much at once, or forces and pulls are too large; {advice}"
-        )
+    match (implicit, fed) {
+        (true, true) => format!(
+            "what is asked moves too much at once; give a smaller step (explicit ones are stable up to {stable} s), more damping, or targets that come more slowly"
+        ),
+        (true, false) => format!(
+            "no place near does what is asked, though none of that moves: where a place slides, what it asks for may be nowhere on the shape any more; give a smaller step (explicit ones are stable up to {stable} s), more damping, \
+             or scheme \"epsilon\""
+        ),
+        (false, _) if longer => {
+            format!("steps up to {stable} s are stable; give a smaller step, or scheme \"implicit\"")
+        }
+        (false, true) => format!(
+            "steps up to {stable} s would be stable, but what is asked moves too much at once, or forces and pulls are too large; give a smaller step, or scheme \"implicit\""
+        ),
+        (false, false) => format!(
+            "steps up to {stable} s would be stable, but forces, pulls or speeds are too large, or what slides is lost; give a smaller step, or scheme \"implicit\""
+        ),
     }
 }
 

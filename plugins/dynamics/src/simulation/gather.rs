@@ -109,7 +109,8 @@ impl Simulation {
             for (out, m) in out.chunks_exact_mut(3).zip(&mass.lumped) {
                 (0..3).for_each(|axis| out[axis] += m * self.gravity[axis]);
             }
-            elastic.add_forces(q, v, out);
+            let slackest = elastic.add_forces(q, v, out);
+            self.slackest = self.slackest.min(slackest);
             let damping = body.body.material.damping;
             if damping > 0.0 {
                 for (i, out) in out.chunks_exact_mut(3).enumerate() {
