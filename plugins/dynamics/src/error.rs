@@ -53,13 +53,12 @@ pub enum DynamicsError {
         body: String,
     },
     /// The mass matrix is not positive definite.
-    #[error(
-        "the mass matrix of the shape is singular to rounding at control vertex {vertex}: its basis functions hardly differ there (very high \
-         degrees), or some have no part of the shape; fit a curve of lower degree, simplify the shape, or subdivide a cage once (where all vertices have three edges, as a cube's, its limit does not tell all of its vertices)"
-    )]
+    #[error("the mass matrix of the shape is singular to rounding at control vertex {vertex}: {}", massless(*.cage))]
     Massless {
         /// The control vertex.
         vertex: usize,
+        /// Whether it is the cage of a subdivision surface.
+        cage: bool,
     },
     /// Constraints ask different things of the same.
     #[error("{}", contradiction(.names, *.apart))]
@@ -287,6 +286,14 @@ fn what_to_do((step, stable): (f64, f64), implicit: bool, fed: bool, lost: Optio
     }
 }
 
+fn massless(cage: bool) -> &'static str {
+    if cage {
+        "the limit surface of this cage does not tell all of its vertices (as of a cube, where all have three edges), or some have no part of it; subdivide the cage once"
+    } else {
+        "its basis functions hardly differ there (very high degrees), or some have no part of the shape; fit a curve of lower degree, or simplify the shape"
+    }
+}
+
 fn contradiction(names: &[String], apart: f64) -> String {
     let all: Vec<String> = names
         .iter()
@@ -363,6 +370,19 @@ pub(crate) fn check(what: &'static str, value: f64, zero: bool) -> Result<f64> {
         true => within(STRONG, what, value, "give 0, or a number above 0: between 1e-50 and 1e50"),
         false => within(STRONG, what, value, "give a number above 0: between 1e-50 and 1e50"),
     }
+}
+
+/// What a length at rest is of that at the start beyond these is a mistake.
+const RESTS: [f64; 2] = [1e-3, 1e3];
+
+/// What the length at rest is of that at the start.
+pub(crate) fn check_rest(value: f64) -> Result<f64> {
+    within(
+        RESTS,
+        "the rest length's factor",
+        value,
+        "give a number between 0.001 and 1000: 1 is as long as it is at the start",
+    )
 }
 
 /// A mass a unit of length or area.

@@ -23,6 +23,7 @@ mod rest;
 mod rises;
 mod seams;
 mod sheets;
+mod shrinking;
 mod slack;
 mod sliding;
 mod stable;

@@ -15,8 +15,12 @@ impl Simulation {
     /// Constraints come and go with their times. Whether one has come.
     pub(crate) fn come_and_go(&mut self) -> Result<bool> {
         let mut came = false;
+        let shapes = shapes(&self.bodies);
         for link in &mut self.links {
-            came |= link.at_time(self.time);
+            if link.at_time(self.time) {
+                link.keep_what_is(&shapes)?;
+                came = true;
+            }
         }
         let new = |link: &Link| link.is_held() && (link.is_new() || link.equations == 0);
         if !came && !self.links.iter().any(new) {

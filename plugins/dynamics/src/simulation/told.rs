@@ -75,6 +75,13 @@ impl Simulation {
         Ok(all)
     }
 
+    /// What of the elastic energy of a body is in its bending. `O(n)`.
+    pub(crate) fn energy_of_bending(&self, body: usize) -> Result<f64> {
+        let body = self.body(body)?;
+        let q = body.body.shape.control_vertices();
+        Ok(body.elastic.as_ref().map_or(0.0, |elastic| elastic.energy(q).0 - elastic.energy_of_stretching(q)))
+    }
+
     /// The largest stretch of a body (`|P'|/ℓ - 1`, with its sign) where its energy is summed up, along its parameters: cheap enough for every
     /// frame. What lies between may be [stretched more](Self::largest_stretch).
     ///
