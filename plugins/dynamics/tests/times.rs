@@ -137,7 +137,7 @@ fn what_comes_later_holds_where_it_comes() {
                         simulation.shape(0).unwrap().value(place, Derivative::POSITION).unwrap()
                     };
                     let frames = |simulation: &mut Simulation, count: usize| {
-                        (0..count).for_each(|_| simulation.advance(1.0 / 24.0).unwrap())
+                        (0..count).for_each(|_| simulation.advance(1.0 / 24.0).unwrap());
                     };
                     let start = at(&simulation);
                     frames(&mut simulation, 6);
