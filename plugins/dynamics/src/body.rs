@@ -3,7 +3,7 @@
 use loftsman_kernel::Point;
 use loftsman_kernel::shape::{Interval, Shape};
 
-use crate::error::{DynamicsError, Result, check, check_damping, check_mass};
+use crate::error::{Result, check, check_damping, check_mass, check_rest};
 
 /// What a rope or a sheet is made of. Units are those of the document for lengths, seconds, and any unit of mass: forces are in
 /// mass · length / s².
@@ -46,11 +46,7 @@ impl Material {
         check_mass("the mass", self.mass)?;
         check("the stiffness", self.stiffness, true)?;
         check("the shear stiffness", self.shear, true)?;
-        let rest = check("the rest length's factor", self.rest, false)?;
-        if !(1e-3..=1e3).contains(&rest) {
-            let needed = "give a number between 0.001 and 1000";
-            return Err(DynamicsError::Number { what: "the rest length's factor", value: rest, needed });
-        }
+        check_rest(self.rest)?;
         check("the bending stiffness", self.bending, true)?;
         check_damping("the damping", self.damping)?;
         check("the viscosity", self.viscosity, true)?;

@@ -39,16 +39,17 @@ impl Elastic {
         Ok(Self { points, bend, stiffness, given: stiffness, shear, viscosity, pushes: true })
     }
 
-    /// Adds the forces on the control vertices, three numbers each.
-    pub(crate) fn add_forces(&self, q: &[Point], v: &[Point], out: &mut [f64]) {
+    /// Adds the forces on the control vertices, three numbers each. Gives the least `|P'|/ℓ`.
+    pub(crate) fn add_forces(&self, q: &[Point], v: &[Point], out: &mut [f64]) -> f64 {
         let mut forces = Local::new();
+        let mut slackest = f64::INFINITY;
         for cell in &self.points.cells {
             forces.clear();
             forces.resize(cell.width, Vector::zeros());
             if self.points.directions == 1 {
-                self.pull_curve(cell, q, v, &mut forces);
+                slackest = slackest.min(self.pull_curve(cell, q, v, &mut forces));
             } else {
-                self.pull_surface(cell, q, v, &mut forces);
+                slackest = slackest.min(self.pull_surface(cell, q, v, &mut forces));
             }
             for (&vertex, force) in self.points.of(cell).iter().zip(&forces) {
                 let out = &mut out[3 * vertex as usize..][..3];
@@ -62,6 +63,7 @@ impl Elastic {
                 (0..3).for_each(|axis| out[3 * i + axis] -= sum[axis]);
             }
         }
+        slackest
     }
 
     /// Adds how much forces may differ for the rounding of vertices, one number each: `u Σ_j |K_ij| (|q_j| + |q_i|)`, `u` being the unit roundoff and `K` their
@@ -97,13 +99,15 @@ impl Elastic {
         if self.pushes { strain } else { strain.max(0.0) }
     }
 
-    fn pull_curve(&self, cell: &CellPoints, q: &[Point], v: &[Point], forces: &mut [Vector]) {
+    fn pull_curve(&self, cell: &CellPoints, q: &[Point], v: &[Point], forces: &mut [Vector]) -> f64 {
+        let mut slackest = f64::INFINITY;
         let vertices = self.points.of(cell);
         for point in 0..cell.count {
             let rest = &self.points.rest[cell.first + point];
             let row = self.points.row(cell, point, 0);
             let tangent = sum(row, vertices, q);
             let speed = tangent.norm();
+            slackest = slackest.min(speed / rest.speed[0]);
             if speed > 0.0 {
                 let mut tension = self.stiffness * self.felt(speed / rest.speed[0] - 1.0);
                 if self.viscosity > 0.0 {
@@ -113,9 +117,11 @@ impl Elastic {
                 forces.iter_mut().zip(row).for_each(|(force, c)| *force += pull * *c);
             }
         }
+        slackest
     }
 
-    fn pull_surface(&self, cell: &CellPoints, q: &[Point], v: &[Point], forces: &mut [Vector]) {
+    fn pull_surface(&self, cell: &CellPoints, q: &[Point], v: &[Point], forces: &mut [Vector]) -> f64 {
+        let mut slackest = f64::INFINITY;
         let vertices = self.points.of(cell);
         for point in 0..cell.count {
             let rest = &self.points.rest[cell.first + point];
@@ -125,6 +131,7 @@ impl Elastic {
             let mut pulls = [Vector::zeros(); 2];
             for k in 0..2 {
                 let speed = tangents[k].norm();
+                slackest = slackest.min(speed / rest.speed[k]);
                 if speed > 0.0 {
                     let mut tension = self.stiffness * self.felt(speed / rest.speed[k] - 1.0);
                     if self.viscosity > 0.0 {
@@ -143,6 +150,7 @@ impl Elastic {
                 *force -= pulls[0] * rows[0][i] + pulls[1] * rows[1][i];
             }
         }
+        slackest
     }
 
     /// The energy that is in it, and the largest stretch `|P'|/ℓ - 1` (by its amount, with its sign).

@@ -53,13 +53,12 @@ pub enum DynamicsError {
         body: String,
     },
     /// The mass matrix is not positive definite.
-    #[error(
-        "the mass matrix of the shape is singular to rounding at control vertex {vertex}: its basis functions hardly differ there (very high \
-         degrees), or some have no part of the shape; fit a curve of lower degree, simplify the shape, or subdivide a cage once (where all vertices have three edges, as a cube's, its limit does not tell all of its vertices)"
-    )]
+    #[error("the mass matrix of the shape is singular to rounding at control vertex {vertex}: {}", massless(*.cage))]
     Massless {
         /// The control vertex.
         vertex: usize,
+        /// Whether it is the cage of a subdivision surface.
+        cage: bool,
     },
     /// Constraints ask different things of the same.
     #[error("{}", contradiction(.names, *.apart))]
@@ -126,7 +125,7 @@ pub enum DynamicsError {
     /// The numbers left all bounds.
     #[error(
         "the simulation blows up after {} s, in a step of {} s: {}",
-        figure(*.time), figure(*.step), what_to_do(*.step, *.stable, *.implicit)
+        figure(*.time), figure(*.step), what_to_do((*.step, *.stable), *.implicit, *.fed, .lost.as_deref())
     )]
     BlowsUp {
         /// When.
@@ -137,6 +136,10 @@ pub enum DynamicsError {
         stable: f64,
         /// Whether the step was implicit.
         implicit: bool,
+        /// Whether anything is asked to move, comes or goes, or is still drawn in.
+        fed: bool,
+        /// A constraint whose place ran away along its shape.
+        lost: Option<String>,
     },
     /// There is no place any more that does what is only followed.
     #[error(
@@ -152,9 +155,8 @@ pub enum DynamicsError {
     },
     /// Energy came from nowhere.
     #[error(
-        "the simulation blows up after {} s, in a step of {} s: nothing was put in, and energy rose by {} % of what moved and was stretched; steps up to {} s are stable, but what holds it drifts in them \
-         and is drawn back; give a smaller step or scheme \"implicit\", or hold it elsewhere: where it does not turn so sharply, and farther from an end",
-        figure(*.time), figure(*.step), short(100.0 * *.rise), figure(*.stable)
+        "the simulation blows up after {} s, in a step of {} s: nothing was put in, and energy rose by {} % of what moved and was stretched; {}",
+        figure(*.time), figure(*.step), short(100.0 * *.rise), where_from(*.step, *.stable, *.implicit, *.held)
     )]
     Rises {
         /// When.
@@ -165,6 +167,10 @@ pub enum DynamicsError {
         stable: f64,
         /// By which share of what moved and was stretched.
         rise: f64,
+        /// Whether the step was implicit.
+        implicit: bool,
+        /// Whether anything holds it then.
+        held: bool,
     },
     /// On the way to rest numbers grew beyond all bounds.
     #[error(
@@ -232,22 +238,59 @@ pub enum DynamicsError {
     Geometry(#[from] Error),
 }
 
-fn what_to_do(step: f64, stable: f64, implicit: bool) -> String {
-    if implicit {
-        let explicit = figure(stable);
+fn where_from(step: f64, stable: f64, implicit: bool, held: bool) -> String {
+    let longer = step > stable;
+    let stable = figure(stable);
+    match (implicit, held) {
+        (true, true) => {
+            "what holds it moved too far along it, or turned, in one step; give a smaller step, or hold it elsewhere".to_owned()
+        }
+        (true, false) => "nothing holds it, and it folds or turns too far in one step; give a smaller step".to_owned(),
+        (false, _) if longer => format!("steps up to {stable} s are stable; give a smaller step, or leave it out"),
+        (false, true) => format!(
+            "steps up to {stable} s are stable, but what holds it drifts in them and is drawn back; give a smaller step or scheme \"implicit\", or hold it elsewhere: where it does not turn so \
+             sharply, and farther from an end"
+        ),
+        (false, false) => format!(
+            "steps up to {stable} s are stable where it is stretched, but nothing holds it, and it folds; give a smaller step, some `bending` or `viscosity`, or scheme \"implicit\""
+        ),
+    }
+}
+
+fn what_to_do((step, stable): (f64, f64), implicit: bool, fed: bool, lost: Option<&str>) -> String {
+    let longer = step > stable && !implicit;
+    let stable = figure(stable);
+    if let Some(name) = lost.filter(|_| !longer) {
         return format!(
-            "what is asked moves too much at once; give a smaller step (explicit ones are stable up to {explicit} s), more damping, or targets \
-             that come more slowly"
+            "steps up to {stable} s would be stable, but \"{name}\" runs away along its shape, as where what it asks for hardly changes along that and nothing tells where it is; give scheme \"epsilon\", in which such a place has a \
+             mass, a smaller step, or a location that stays (`at`)"
         );
     }
-    let advice = "give a smaller step, or scheme \"implicit\"";
-    if step > stable {
-        format!("steps up to {} s are stable; {advice}", figure(stable))
+    match (implicit, fed) {
+        (true, true) => format!(
+            "what is asked moves too much at once; give a smaller step (explicit ones are stable up to {stable} s), more damping, or targets that come more slowly"
+        ),
+        (true, false) => format!(
+            "no place near does what is asked, though none of that moves: where a place slides, what it asks for may be nowhere on the shape any more; give a smaller step (explicit ones are stable up to {stable} s), more damping, \
+             or scheme \"epsilon\""
+        ),
+        (false, _) if longer => {
+            format!("steps up to {stable} s are stable; give a smaller step, or scheme \"implicit\"")
+        }
+        (false, true) => format!(
+            "steps up to {stable} s would be stable, but what is asked moves too much at once, or forces and pulls are too large; give a smaller step, or scheme \"implicit\""
+        ),
+        (false, false) => format!(
+            "steps up to {stable} s would be stable, but forces, pulls or speeds are too large, or what slides is lost; give a smaller step, or scheme \"implicit\""
+        ),
+    }
+}
+
+fn massless(cage: bool) -> &'static str {
+    if cage {
+        "the limit surface of this cage does not tell all of its vertices (as of a cube, where all have three edges), or some have no part of it; subdivide the cage once"
     } else {
-        let stable = figure(stable);
-        format!(
-            "steps up to {stable} s would be stable, but what is asked moves too much at once, or forces and pulls are too large; {advice}"
-        )
+        "its basis functions hardly differ there (very high degrees), or some have no part of the shape; fit a curve of lower degree, or simplify the shape"
     }
 }
 
@@ -327,6 +370,19 @@ pub(crate) fn check(what: &'static str, value: f64, zero: bool) -> Result<f64> {
         true => within(STRONG, what, value, "give 0, or a number above 0: between 1e-50 and 1e50"),
         false => within(STRONG, what, value, "give a number above 0: between 1e-50 and 1e50"),
     }
+}
+
+/// What a length at rest is of that at the start beyond these is a mistake.
+const RESTS: [f64; 2] = [1e-3, 1e3];
+
+/// What the length at rest is of that at the start.
+pub(crate) fn check_rest(value: f64) -> Result<f64> {
+    within(
+        RESTS,
+        "the rest length's factor",
+        value,
+        "give a number between 0.001 and 1000: 1 is as long as it is at the start",
+    )
 }
 
 /// A mass a unit of length or area.

@@ -219,7 +219,7 @@ fn factor(matrix: &Symmetric, order: Option<&[usize]>) -> Result<EnvelopeCholesk
         .map(|i| matrix.row(row_at(i)).map(|(j, _)| place[j]).min().unwrap_or(i).min(i) as u32)
         .collect();
     EnvelopeCholesky::factor(first, SINGULAR, |i, j| matrix.entry(row_at(i), row_at(j)))
-        .map_err(|row| DynamicsError::Massless { vertex: row_at(row) })
+        .map_err(|row| DynamicsError::Massless { vertex: row_at(row), cage: false })
 }
 
 #[cfg(test)]

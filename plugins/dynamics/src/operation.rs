@@ -24,7 +24,7 @@ use self::marks::Spots;
 use self::report::report;
 use self::seams::Seams;
 use crate::body::{Body, Material};
-use crate::error::{DynamicsError, check, check_damping, check_mass, check_time};
+use crate::error::{DynamicsError, check, check_damping, check_mass, check_rest, check_time};
 use crate::scheme::Scheme;
 use crate::setup::Setup;
 use crate::simulation::{Audit, Corner, Simulation};
@@ -335,6 +335,10 @@ impl Run {
             .iter()
             .map(|table| force(table, &mut names))
             .collect::<Result<Vec<_>, OperationError>>()?;
+        let acting = pulls.iter().map(|p| (&p.name, p.from)).chain(forces.iter().map(|f| (&f.name, f.from)));
+        for (name, from) in acting.filter(|(_, from)| *from > seconds) {
+            notes.push(format!("\"{name}\" never acts: it comes at {from} s, after the end"));
+        }
         let called = |list: &'static str, names: Vec<&String>| -> Vec<(String, String)> {
             let place = |(index, name): (usize, &String)| (name.clone(), format!("{list}[{index}]"));
             names.into_iter().enumerate().map(place).collect()
@@ -381,7 +385,7 @@ impl Run {
         for pull in pulls {
             setup = setup.pull(pull);
         }
-        check_all(parameters, &TIMES)?;
+        check_all(parameters, &STEPS)?;
         if parameters.has("step") {
             setup = setup.step(parameters.number("step")?);
         }
@@ -496,16 +500,18 @@ fn gravity(
 
 /// The numbers of a material: their fields, and what is asked of each.
 type Checked = (&'static str, fn(f64) -> Result<f64, DynamicsError>);
-const NUMBERS: [Checked; 6] = [
+const NUMBERS: [Checked; 7] = [
     ("stiffness", |value| check("the stiffness", value, false)),
     ("mass", |value| check_mass("the mass", value)),
     ("shear", |value| check("the shear stiffness", value, true)),
     ("bending", |value| check("the bending stiffness", value, true)),
     ("damping", |value| check_damping("the damping", value)),
     ("viscosity", |value| check("the viscosity", value, true)),
+    ("rest", check_rest),
 ];
-/// And of times.
-const TIMES: [Checked; 2] = [
+/// And of steps.
+const STEPS: [Checked; 3] = [
+    ("epsilon", |value| check("epsilon", value, false)),
     ("step", |value| check_time("the step", value)),
     ("draw", |value| check_time("the time in which constraints are drawn in", value)),
 ];

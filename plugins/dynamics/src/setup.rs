@@ -205,7 +205,11 @@ impl Setup {
                 (None, None, 0.0)
             } else {
                 let elastic = Elastic::new(body.shape.as_ref(), &body.material)?;
-                let mass = Mass::new(body.shape.as_ref(), &body.material)?;
+                let faced = elastic.points.cells.iter().any(|cell| cell.face.is_some());
+                let mass = Mass::new(body.shape.as_ref(), &body.material).map_err(|error| match error {
+                    DynamicsError::Massless { vertex, .. } => DynamicsError::Massless { vertex, cage: faced },
+                    other => other,
+                })?;
                 let highest = highest(body.shape.as_ref(), &body.material, &elastic, &mass)?;
                 weights.push((mass.weight.clone(), mass.order.clone()));
                 let between = mass.lumped.iter().sum::<f64>() / count.max(2) as f64;

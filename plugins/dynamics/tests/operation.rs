@@ -108,6 +108,19 @@ fn nothing_changes_where_it_is_refused() {
         (json!({ "seconds": 1, "step": 1e50 }), "step: the step is 1e50: give a number above 0"),
         (json!({ "seconds": 1, "step": 1e-30 }), "step: the step is 1e-30: give a number above 0"),
         (json!({ "seconds": 1, "draw": 1e-30 }), "draw: the time in which constraints are drawn in is 1e-30"),
+        (
+            json!({ "seconds": 1, "rest": 0 }),
+            "rest: the rest length's factor is 0: give a number between 0.001 and 1000",
+        ),
+        (
+            json!({ "seconds": 1, "rest": 1e9 }),
+            "rest: the rest length's factor is 1000000000: give a number between 0.001 and 1000",
+        ),
+        (json!({ "seconds": 1, "epsilon": 0 }), "epsilon: epsilon is 0: give a number above 0"),
+        (
+            json!({ "seconds": 1, "pull": [{ "at": 3, "to": [0, 0, 1], "stiffness": 0 }] }),
+            "pull[0].stiffness: the stiffness of a pull is 0: give a number above 0",
+        ),
         (json!({ "seconds": 1, "corners": true }), "corners: corners come where rest is looked for"),
         (
             json!({ "seconds": 1, "constraints": [{ "kind": "join", "near": 3, "with": { "object": "rope", "at": 0 } }] }),
@@ -242,6 +255,40 @@ fn what_cannot_go_on_says_when_and_which_step() {
     assert_eq!(scene.object("rope").unwrap().geometry().points(), before);
 }
 
+/// What comes after the end is told of, constraints, pulls and forces alike, and blames no field that was not given.
+#[test]
+fn what_never_comes_is_told() {
+    for (list, item, word) in [
+        (
+            "constraints",
+            json!({ "kind": "fixed", "at": 3, "from": 5 }),
+            "never holds: it comes at 5 s, after the end",
+        ),
+        (
+            "constraints",
+            json!({ "kind": "fixed", "at": 3, "to": [0, 0, 1], "from": 5 }),
+            "never holds: it comes at 5 s",
+        ),
+        (
+            "pull",
+            json!({ "at": 3, "to": [[0, 0, 1], [1, 0, 1]], "stiffness": 5, "from": 5 }),
+            "never acts: it comes at 5 s, after the end",
+        ),
+        (
+            "forces",
+            json!({ "at": 3, "force": [0, 0, 1], "from": 5 }),
+            "never acts: it comes at 5 s, after the end",
+        ),
+    ] {
+        let notes = run(&mut scene(), json!({ "seconds": 0.25, list: [item] })).unwrap().notes;
+        assert!(notes.iter().any(|note| note.contains(word)), "{list}: {notes:?}");
+    }
+    // A time of arrival that was given is blamed.
+    let early = json!({ "seconds": 1, "pull": [{ "at": 3, "to": [0, 0, 1], "stiffness": 5, "from": 0.5, "arrive": 0.2 }] });
+    let message = run(&mut scene(), early).unwrap_err().to_string();
+    assert!(message.contains("pull[0].arrive: 0.2 s is before 0.5 s"), "{message}");
+}
+
 /// What a model does that a rope or a sheet would not is said: bending that shrinks, a fold within a span, mass beside the area.
 #[test]
 fn what_is_not_as_in_nature_is_told() {
@@ -262,6 +309,26 @@ fn what_is_not_as_in_nature_is_told() {
             warnings.iter().any(|w| w.contains("% shorter than at rest") && w.contains("more stiffness"));
         assert_eq!(told, shrinks, "{bending}: {warnings:?}");
     }
+    // An exact half circle is of degree 2, whose bending shrinks it before it straightens it, from a hundredth of what is called strong.
+    let half = Curve::arc(
+        Point::new(1.0, 0.0, 0.0),
+        Point::origin(),
+        loftsman_kernel::Vector::z(),
+        std::f64::consts::PI,
+    )
+    .unwrap();
+    for (share, shrinks) in [(1e-4, false), (0.01, true), (0.05, true), (0.099, true)] {
+        let mut scene = Scene::new();
+        scene.add(Object::new("arc", Geometry::Curve(half.clone()))).unwrap();
+        let bending = 100.0 * share * std::f64::consts::PI.powi(2);
+        let fields = json!({ "settle": true, "stiffness": 100, "bending": bending, "gravity": [0, 0, 0] });
+        let warnings = run(&mut scene, fields).unwrap().warnings;
+        assert_eq!(
+            warnings.iter().any(|w| w.contains("% shorter than at rest")),
+            shrinks,
+            "{share}: {warnings:?}"
+        );
+    }
     // A ring cannot unbend: by `λ = 1/(1 + bending/(stiffness r²))` it is smaller at rest.
     for (bending, shrinks) in [(0.0005, false), (0.5, true)] {
         let points = (0..24).map(|i| {
@@ -274,9 +341,8 @@ fn what_is_not_as_in_nature_is_told() {
         let held = json!([{ "kind": "fixed", "at": 0 }]);
         let fields = json!({ "settle": true, "stiffness": 100, "bending": bending, "gravity": [0, 0, 0], "constraints": held });
         let warnings = run(&mut scene, fields).unwrap().warnings;
-        // x = 0.5/(100 · 0.5²) = 2 %, of which at the smaller radius 2 · 1.02² are told.
-        let told =
-            |w: &String| w.contains("shorter than at rest") && w.contains("draws it together, by about 2.");
+        // x = 0.5/(100 · 0.5²) = 2 %: by x/(1 + x) = 1.96 %, all of it by its bending.
+        let told = |w: &String| w.contains("2 % shorter than at rest") && w.contains("by about 2 %");
         assert_eq!(warnings.iter().any(told), shrinks, "{bending}: {warnings:?}");
     }
     // Drawn through a point to where it came from, without a vertex to turn at.

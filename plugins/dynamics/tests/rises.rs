@@ -105,3 +105,61 @@ fn a_ring_at_a_turn_brings_no_energy_or_blows_up() {
     }
     assert!(broken <= 4, "{broken}");
 }
+
+/// A ring near the end of a rope that wants to be shorter: the end passes it in the first frames, and until then it holds, whatever the rate of frames: it misses no more than where
+/// nothing lets go, and what it had is all it has. Of all degrees, on one span and on several, ends that are clamped and such as are not.
+#[test]
+fn a_ring_that_the_end_passes_holds_until_then() {
+    let bent = |n: usize| (0..n).map(move |i| Point::new(i as f64, 0.0, [0.0, 0.3, 0.1][i % 3]));
+    for degree in [1, 2, 3, 5, 7] {
+        for n in [degree + 1, degree + 4] {
+            for floating in [false, true] {
+                let space = if floating {
+                    let knots = (0..n + degree + 1).map(|i| i as f64 * (1.0 + 0.03 * i as f64)).collect();
+                    Space::open(degree, knots).unwrap()
+                } else {
+                    Space::clamped_uniform(degree, n).unwrap()
+                };
+                let (a, b) = space.domain();
+                let curve = Curve::new(space, bent(n).collect()).unwrap();
+                for (stiffness, scheme) in [
+                    (5000.0, Scheme::Exact),
+                    (50000.0, Scheme::Exact),
+                    (5000.0, Scheme::Epsilon),
+                    (50000.0, Scheme::Epsilon),
+                ] {
+                    let mut times = Vec::new();
+                    for rate in [24.0, 400.0] {
+                        let body = Body::new(&curve).mass(1.0).stiffness(stiffness).rest(0.7);
+                        let hold = sliding(a + 0.1 * (b - a) / (n - degree) as f64);
+                        let mut simulation = Setup::new(body).hold(hold).scheme(scheme).prepare().unwrap();
+                        let what = format!("{degree} {n} {floating} {stiffness} {rate} {scheme:?}");
+                        let mut audit = Audit::default();
+                        audit.look(&mut simulation);
+                        for _ in 0..(0.125 * rate) as usize {
+                            simulation.advance(1.0 / rate).unwrap_or_else(|error| panic!("{what}: {error}"));
+                            audit.look(&mut simulation);
+                        }
+                        let worst = simulation.worst_error() / (n - 1) as f64;
+                        assert!(!audit.is_broken() && !audit.is_noise(), "{what}: {audit:?}");
+                        let events = simulation.events();
+                        assert!(
+                            events.len() == 1 && events[0].let_go && events[0].time < 0.03,
+                            "{what}: {events:?}"
+                        );
+                        assert!(!simulation.holds(0).unwrap(), "{what}");
+                        // Of one straight piece it is a hair more at the finest steps that there are.
+                        let bound = if n == 2 { 2e-6 } else { 1e-6 };
+                        assert!(worst <= bound, "{what}: {worst:e}");
+                        // The same frames, finely: it lets go at the same time.
+                        times.push(events[0].time);
+                    }
+                    assert!(
+                        (times[0] / times[1] - 1.0).abs() < 0.02,
+                        "{degree} {n} {floating} {stiffness} {scheme:?}: {times:?}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -253,6 +253,14 @@ impl Link {
         Ok(())
     }
 
+    /// What is kept is what there is as it comes.
+    pub(crate) fn keep_what_is(&mut self, shapes: &Shapes<'_>) -> Result<()> {
+        if self.from > 0.0 && self.parts.iter().any(|part| matches!(part.target, Target::Keep)) {
+            self.settle_targets(shapes)?;
+        }
+        Ok(())
+    }
+
     /// Another target for what it holds first.
     pub(crate) fn retarget(&mut self, target: Target) -> bool {
         let Some(part) = self.parts.first_mut() else { return false };

@@ -11,6 +11,7 @@ use crate::constraint::{
     Force, Hold, Pull, Spot, double_sliding, fixed, holds, knot, sliding, sliding_curvature, sliding_tangent,
     tied,
 };
+use crate::error::check;
 use crate::path::Path;
 
 /// What tables are read by.
@@ -195,7 +196,8 @@ fn path(table: &Parameters, from: f64, until: f64, words: &Words<'_>) -> Result<
     let until = until.min(words.seconds);
     let several = table.list("to")?.first().is_some_and(|first| !first.is_number());
     let points: Vec<Point> = if several { table.points("to")? } else { vec![table.point("to")?] };
-    let arrive = if table.has("arrive") { table.number("arrive")? } else { until };
+    // What comes after the end never acts, which is told of all of those alike.
+    let arrive = if table.has("arrive") { table.number("arrive")? } else { until.max(from) };
     if arrive < from {
         return Err(table.error("arrive", format!("{arrive} s is before {from} s, when it starts")).into());
     }
@@ -215,6 +217,8 @@ pub(super) fn pull(
     let (from, until) = times(table)?;
     let to = path(table, from, until, words)?;
     let stiffness = table.number("stiffness")?;
+    check("the stiffness of a pull", stiffness, false)
+        .map_err(|error| table.error("stiffness", error.to_string()))?;
     let pull = crate::constraint::pull(table.location("at")?, to, stiffness);
     Ok(pull.on(body(table, "object", names)?).during(from, until))
 }

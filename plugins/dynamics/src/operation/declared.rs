@@ -119,14 +119,14 @@ const NEAR: Field = Field::required("near", "location", "where on the shape it s
 const TO: Field = Field::optional(
     "to",
     "[x, y, z], or [[x, y, z], …]",
-    "where the point is",
-    "the place, or a path that it goes from one to the next",
+    "where the point is as it comes",
+    "the place, or a path that it goes from one to the next, smoothly, in equal times",
 );
 const WITH: Field = Field::optional(
     "to",
     "[x, y, z], or [[x, y, z], …]",
     "anywhere",
-    "where the shape passes with it, or the path of that place",
+    "where the shape passes with it, or the path of that place, from one to the next in equal times",
 );
 const ARRIVE: Field = Field::optional(
     "arrive",
@@ -215,7 +215,7 @@ pub(super) const PULL: [Field; 7] = [
     Field::required(
         "to",
         "[x, y, z], or [[x, y, z], …]",
-        "the place that it draws to, or a path from one to the next",
+        "the place that it draws to, or a path from one to the next in equal times",
     ),
     Field::required("stiffness", "number", "the force for a distance of 1"),
     ARRIVE,

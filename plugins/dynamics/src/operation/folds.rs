@@ -2,7 +2,7 @@
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::plugin::OperationError;
-use loftsman_kernel::shape::{Cell, Derivative, Location, Shape, cells_of};
+use loftsman_kernel::shape::{Cell, Derivative, Location, Shape};
 use loftsman_kernel::text::{figure, short};
 
 use super::reach;
@@ -106,35 +106,17 @@ pub(super) fn shrunk(
             short(strength)
         )));
     }
-    let drawn = bending / stiffness * mean_square_of_curvature(shape)?;
+    // Bending falls as the square of the length: it draws with the force `2 E_b` a length.
+    let drawn = 2.0 * simulation.energy_of_bending(body)? / (stiffness * reach(shape)?);
     // More than that is other forces' work.
     Ok((drawn > 0.5 * shorter).then(|| {
         format!(
-            "{name:?} is {} % shorter than at rest: as curved as it is its `bending` draws it together, by about {} % (`bending / stiffness` times the mean square of its \
-             curvature); give more stiffness, or less bending",
+            "{name:?} is {} % shorter than at rest: its `bending` draws it together, by about {} % (twice its energy over stiffness and length: it bends, or its control vertices are \
+             unevenly spaced for its knots); give more stiffness, less bending, or a curve of degree 3 or more with evenly spaced control vertices (fit, fair)",
             short(100.0 * shorter),
             short(100.0 * drawn)
         )
     }))
-}
-
-/// The mean of `κ²` over the length of a curve.
-fn mean_square_of_curvature(shape: &dyn Shape) -> Result<f64, OperationError> {
-    let (mut sum, mut length) = (0.0, 0.0);
-    for cell in cells_of(shape, "a curvature")?.checked(shape)? {
-        let degree = cell.sides.first().map_or(0, |side| side.degree);
-        for (at, weight) in cell.gauss_points([degree + MORE, 0]) {
-            let derivative = |order: usize| shape.stencil(at, Derivative::from(order));
-            let points = shape.control_vertices();
-            let (first, second) = (derivative(1)?.apply(points), derivative(2)?.apply(points));
-            let speed = first.norm();
-            if speed > 0.0 {
-                length += weight * speed;
-                sum += weight * first.cross(&second).norm_squared() / speed.powi(5);
-            }
-        }
-    }
-    Ok(if length > 0.0 { sum / length } else { 0.0 })
 }
 
 /// That the mass of a surface is not quite where its area is.

@@ -3,7 +3,6 @@
 use loftsman_kernel::Point;
 use loftsman_kernel::shape::Location;
 
-use super::audit::BOUND;
 use super::conflict::contradictions;
 use super::explicit::FINEST;
 use super::{MOST, Simulation};
@@ -12,16 +11,10 @@ use crate::link::Phase;
 use crate::scheme::Scheme;
 
 /// No constraint that is drawn in misses more than this share of the size, where steps can be made short enough.
-const KEPT: f64 = 5e-7;
+pub(super) const KEPT: f64 = 5e-7;
 /// Steps are made shorter by this at least and at most where one does, so often at most.
 const SHORTER: [f64; 2] = [0.1, 0.7];
 const TIMES: usize = 10;
-/// Where energy rises by more than this share of what there is in such a while, for constraints drift and are drawn back or let go, steps are made shorter for that alone.
-const RISES: f64 = 0.5 * BOUND;
-/// Each time by this, down to that share of what is stable.
-const EACH: f64 = 0.3;
-const LEAST: f64 = 0.02;
-
 /// What sums of steps may miss of their time.
 const ROUNDED: f64 = 1e-9;
 
@@ -44,6 +37,8 @@ pub(crate) struct Before {
     /// Rates, accelerations and multipliers of links, one after another.
     numbers: Vec<f64>,
     phases: Vec<Phase>,
+    /// How many events there were.
+    events: usize,
     /// Of each parameter, whether it stands on a corner.
     stands: Vec<bool>,
     /// How much constraints drifted where steps were made shorter in vain; nothing where they were not.
@@ -51,7 +46,7 @@ pub(crate) struct Before {
 }
 
 impl Before {
-    fn remember(&mut self, simulation: &Simulation) {
+    pub(super) fn remember(&mut self, simulation: &Simulation) {
         let Self { vertices, half, acceleration, places, numbers, phases, stands, .. } = self;
         vertices.clear();
         for body in &simulation.bodies {
@@ -72,14 +67,20 @@ impl Before {
             stands.extend_from_slice(&link.stands);
         }
         (self.last, self.time, self.sub_steps) = (simulation.last, simulation.time, simulation.sub_steps);
+        self.events = simulation.events.len();
+    }
+
+    /// Whether it is of this time.
+    pub(super) fn is_of(&self, time: f64) -> bool {
+        self.time == time
     }
 
     /// Whether all constraints do as they did.
-    fn is_as_held(&self, simulation: &Simulation) -> bool {
+    pub(super) fn is_as_held(&self, simulation: &Simulation) -> bool {
         self.phases.iter().eq(simulation.links.iter().map(|link| &link.phase))
     }
 
-    fn back(&self, simulation: &mut Simulation) {
+    pub(super) fn back(&self, simulation: &mut Simulation) {
         let mut vertices = &self.vertices[..];
         for body in &mut simulation.bodies {
             let (own, others) = vertices.split_at(body.count());
@@ -102,6 +103,9 @@ impl Before {
             link.stands.copy_from_slice(own);
             stands = others;
         }
+        // What let go on the way holds again.
+        simulation.links.iter_mut().zip(&self.phases).for_each(|(link, phase)| link.phase.clone_from(phase));
+        simulation.events.truncate(self.events);
         (simulation.last, simulation.time, simulation.sub_steps) = (self.last, self.time, self.sub_steps);
     }
 }
@@ -146,7 +150,7 @@ impl Simulation {
     /// Goes on by so many seconds in which nothing comes or goes by its time.
     fn advance_evenly(&mut self, seconds: f64) -> Result<()> {
         if self.scheme == Scheme::Implicit {
-            return self.go_on(seconds);
+            return self.advance_implicitly(seconds);
         }
         self.reach = self.stable.min(seconds);
         // Of no more steps than are taken, with some to spare.
@@ -161,8 +165,7 @@ impl Simulation {
         }
         let mut before = std::mem::take(&mut self.before);
         before.remember(self);
-        // Without constraints energy is bounded by what is stable.
-        let alone = !self.links.is_empty() && !self.is_fed();
+        let alone = self.begin_to_look();
         let worst = std::mem::take(&mut self.worst);
         let given = (self.fineness, self.patience);
         let (mut first, mut best, mut useless) = (None, (f64::INFINITY, given), 0);
@@ -170,7 +173,7 @@ impl Simulation {
         let mut done = self.go_on(seconds).and_then(|()| self.drifted());
         for time in 0.. {
             let drift = self.worst;
-            if done.is_err() || !before.is_as_held(self) || drift <= KEPT * self.size {
+            if done.is_err() || drift <= KEPT * self.size {
                 before.in_vain = None;
                 break;
             }
@@ -184,8 +187,11 @@ impl Simulation {
             }
             // Of second order, cautiously: drift is of fourth.
             let shorter = (0.5 * KEPT * self.size / drift).sqrt().clamp(SHORTER[0], SHORTER[1]);
+            // Where something let go steps have grown since.
+            let length = self.length.min(tried.0 * self.reach);
+            self.fineness = self.fineness.min(tried.0);
             // Where shorter steps are of no use they are as long as they were, or as those that were of some.
-            let in_vain = time >= TIMES || useless == USELESS || !self.shorten(shorter * self.length);
+            let in_vain = time >= TIMES || useless == USELESS || !self.shorten(shorter * length);
             before.in_vain = None;
             if in_vain {
                 let (drift, (fineness, patience)) =
@@ -206,52 +212,33 @@ impl Simulation {
             done = self.go_on(seconds).and_then(|()| self.drifted());
         }
         if done.is_ok() && alone {
-            done = self.without_rise(seconds, &before);
+            done = self.without_rise(seconds, &before, tried);
         }
-        if before.is_as_held(self) {
-            self.worst = self.worst.max(worst);
-        }
+        self.worst = self.worst.max(worst);
         self.before = before;
         done
     }
 
-    /// Takes steps again, shorter, where energy has risen by much though nothing was put in: where constraints drifted in vain, or let go.
-    fn without_rise(&mut self, seconds: f64, before: &Before) -> Result<()> {
-        if self.worst <= KEPT * self.size && before.is_as_held(self) {
-            return Ok(());
+    /// The same by implicit steps, which let no constraint drift.
+    fn advance_implicitly(&mut self, seconds: f64) -> Result<()> {
+        self.reach = self.step.unwrap_or(f64::INFINITY).min(seconds);
+        let whole = (1.0, 0);
+        (self.fineness, self.patience) = whole;
+        self.finest = 0.0;
+        self.come_and_go()?;
+        let mut before = std::mem::take(&mut self.before);
+        before.remember(self);
+        let alone = self.begin_to_look();
+        let mut done = self.go_on(seconds);
+        if done.is_ok() && alone {
+            done = self.without_rise(seconds, &before, whole);
         }
-        // What there was at the start costs as much as a step: it is looked at where it is needed.
-        let mut here = std::mem::take(&mut self.here);
-        here.remember(self);
-        before.back(self);
-        let stock = self.stock();
-        here.back(self);
-        self.here = here;
-        let noise = self.rounding_of_energy();
-        let mut longest = self.last;
-        loop {
-            let now = self.stock();
-            let rise = stock.rise_to(now, noise);
-            if rise <= RISES {
-                return Ok(());
-            }
-            longest *= EACH;
-            if longest < LEAST * self.reach || !self.shorten(longest) {
-                return if rise <= BOUND { Ok(()) } else { Err(self.risen(rise)) };
-            }
-            before.back(self);
-            self.worst = 0.0;
-            self.go_on(seconds).and_then(|()| self.drifted())?;
-        }
-    }
-
-    /// The error of energy that comes from nowhere.
-    pub(crate) fn risen(&self, rise: f64) -> DynamicsError {
-        DynamicsError::Rises { time: self.time, step: self.last, stable: self.stable, rise }
+        (self.fineness, self.before) = (1.0, before);
+        done
     }
 
     /// How much constraints miss at the end of steps, which only the next would see.
-    fn drifted(&mut self) -> Result<()> {
+    pub(super) fn drifted(&mut self) -> Result<()> {
         let mut desk = std::mem::take(&mut self.desk);
         let collected = self.collect(&mut desk);
         let time = self.time;
@@ -267,7 +254,7 @@ impl Simulation {
         collected
     }
 
-    fn go_on(&mut self, seconds: f64) -> Result<()> {
+    pub(super) fn go_on(&mut self, seconds: f64) -> Result<()> {
         let end = self.time + seconds;
         loop {
             let left = end - self.time;
@@ -291,12 +278,7 @@ impl Simulation {
     }
 
     /// The longest step that is taken now.
-    fn limit(&self) -> f64 {
-        let explicit = self.scheme != Scheme::Implicit;
-        self.step.unwrap_or(f64::INFINITY).min(if explicit {
-            self.reach * self.fineness
-        } else {
-            f64::INFINITY
-        })
+    pub(super) fn limit(&self) -> f64 {
+        self.step.unwrap_or(f64::INFINITY).min(self.reach * self.fineness)
     }
 }

@@ -6,7 +6,8 @@ use super::Simulation;
 ///
 /// Explicit steps are leapfrogs with `h ω ≤ 1`. Of a linear motion of frequency `ω` they keep `T + (1 - (hω)²/4) V` (Hairer, Lubich and Wanner 2006, I.5), so that what is
 /// measured, `T + V`, rises by no more than `1/(1 - (hω)²/4) - 1 ≤ 1/3` of it, and that only of what swings at the highest frequency there is; of what is
-/// stretched and turns they stay near to an energy of this kind. Baumgarte's terms put in what constraints drift by, times their forces. Implicit steps take
+/// stretched and turns they stay near to an energy of this kind; where something folds, which turns within a step, what rises is put right by [`advance`](Simulation::advance) in shorter
+/// steps. Baumgarte's terms put in what constraints drift by, times their forces. Implicit steps take
 /// energy out where the energy is convex, and put in no more than that where slack pushes. The bound that is tested, for all of them: a third of [`most`](Self::most).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Audit {
@@ -56,31 +57,7 @@ impl Audit {
     }
 }
 
-/// How much energy there is at some moment of a step, and what of it is in motion, stretch and pulls.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Stock {
-    all: f64,
-    moved: f64,
-}
-
-impl Stock {
-    /// How much more there is in `later`, as a share of what moves and is stretched.
-    pub(crate) fn rise_to(self, later: Self, noise: f64) -> f64 {
-        let most = self.moved.max(later.moved);
-        if most > noise { (later.all - self.all) / most } else { 0.0 }
-    }
-}
-
 impl Simulation {
-    /// How much energy there is now. `O(n)`, and it allocates nothing.
-    pub(crate) fn stock(&mut self) -> Stock {
-        let energy = self.energy();
-        Stock {
-            all: energy.kinetic + self.potential().0,
-            moved: energy.kinetic + energy.elastic + energy.pulls,
-        }
-    }
-
     /// By how much elastic energy may differ for the rounding of vertices and sums, at most: what forces may, along the whole size. `O(n)`, and it allocates.
     pub(crate) fn rounding_of_energy(&self) -> f64 {
         let mut all = 0.0;

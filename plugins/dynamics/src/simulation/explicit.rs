@@ -66,7 +66,7 @@ impl Simulation {
     }
 
     /// The accelerations where things are, of all and of what slides; for a step of this length.
-    fn accelerate(&mut self, step: f64) -> Result<()> {
+    pub(super) fn accelerate(&mut self, step: f64) -> Result<()> {
         self.predict();
         for link in self.links.iter_mut().filter(|link| link.is_held()) {
             let ahead = 0.5 * self.last;

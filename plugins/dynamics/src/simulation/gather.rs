@@ -15,8 +15,12 @@ impl Simulation {
     /// Constraints come and go with their times. Whether one has come.
     pub(crate) fn come_and_go(&mut self) -> Result<bool> {
         let mut came = false;
+        let shapes = shapes(&self.bodies);
         for link in &mut self.links {
-            came |= link.at_time(self.time);
+            if link.at_time(self.time) {
+                link.keep_what_is(&shapes)?;
+                came = true;
+            }
         }
         let new = |link: &Link| link.is_held() && (link.is_new() || link.equations == 0);
         if !came && !self.links.iter().any(new) {
@@ -109,7 +113,8 @@ impl Simulation {
             for (out, m) in out.chunks_exact_mut(3).zip(&mass.lumped) {
                 (0..3).for_each(|axis| out[axis] += m * self.gravity[axis]);
             }
-            elastic.add_forces(q, v, out);
+            let slackest = elastic.add_forces(q, v, out);
+            self.slackest = self.slackest.min(slackest);
             let damping = body.body.material.damping;
             if damping > 0.0 {
                 for (i, out) in out.chunks_exact_mut(3).enumerate() {

@@ -128,7 +128,9 @@ impl Simulation {
                             Err(DynamicsError::Vanishes { constraint: link.name.clone(), time: self.time });
                         continue;
                     }
-                    done = Err(DynamicsError::BlowsUp { time: self.time, step: own, stable, implicit: true });
+                    let (time, fed, step) = (self.time, self.is_fed(), own);
+                    done =
+                        Err(DynamicsError::BlowsUp { time, step, stable, implicit: true, fed, lost: None });
                 }
                 Err(error) => done = Err(error),
             }

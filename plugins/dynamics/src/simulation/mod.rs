@@ -9,8 +9,10 @@ mod equilibrium;
 mod explicit;
 mod gather;
 mod hanging;
+mod here;
 mod implicit;
 mod kinks;
+mod ledger;
 mod moving;
 mod saddle;
 mod settle;
@@ -31,9 +33,11 @@ use loftsman_kernel::solve::RangeSpace;
 use self::advance::Before;
 pub use self::audit::Audit;
 use self::conflict::contradictions;
+use self::here::Aside;
 use self::implicit::Implicit;
 pub use self::kinks::Corner;
 pub(crate) use self::kinks::stable_step;
+use self::ledger::Ledger;
 pub(crate) use self::moving::Moving;
 pub use self::settle::{Settled, Unrest};
 use self::stops::Stops;
@@ -48,6 +52,8 @@ use crate::scheme::Scheme;
 const MOST: f64 = 1e6;
 /// In an implicit step nothing goes farther than so many times the size.
 const FAR: f64 = 100.0;
+/// A place that goes over such a share of its shape in one explicit step is lost.
+const AWAY: f64 = 0.01;
 /// Of so many explicit steps one is looked at.
 const LOOKS: usize = 16;
 /// A loop this short, as a share of the size, is drawn shut.
@@ -124,6 +130,10 @@ pub struct Simulation {
     before: Before,
     /// Where one is while it is looked back.
     here: Before,
+    aside: Aside,
+    ledger: Ledger,
+    /// How short, as a share of its length at rest, anything was since the last advance started.
+    slackest: f64,
     /// What stops at corners.
     stops: Stops,
     /// Those that were made.
@@ -186,6 +196,9 @@ impl Simulation {
             held: None,
             before: Before::default(),
             here: Before::default(),
+            aside: Aside::default(),
+            ledger: Ledger::default(),
+            slackest: f64::INFINITY,
             pauses: 0,
             stops: Stops::default(),
             corners: Vec::new(),
@@ -431,7 +444,21 @@ impl Simulation {
         if sum.is_finite() && !(looks && self.mean_speed(&self.half) * step > reach) {
             return Ok(());
         }
-        Err(DynamicsError::BlowsUp { time: self.time, step, stable: self.stable, implicit })
+        let (time, stable, fed) = (self.time, self.stable, self.is_fed());
+        let lost = self.runaway(step);
+        Err(DynamicsError::BlowsUp { time, step, stable, implicit, fed, lost })
+    }
+
+    /// A constraint whose place goes over a part of its shape in one explicit step: what it asks for tells no more where it is.
+    fn runaway(&self, step: f64) -> Option<String> {
+        let far = |link: &&Link| {
+            let mut all = link.slides.iter().zip(&link.rates);
+            let near = |(slide, rate): (&crate::place::Slide, &f64)| {
+                (rate * step).abs() <= AWAY * (slide.interval.end - slide.interval.start) / slide.pace
+            };
+            !all.all(near)
+        };
+        self.links.iter().find(far).map(|link| link.name.clone())
     }
 
     /// The largest root mean square speed of a body, by its mass: of the shape itself, whose control vertices may go fast for nothing.
@@ -464,6 +491,7 @@ impl Simulation {
         self.half.fill(0.0);
         self.acceleration.fill(0.0);
         self.last = 0.0;
+        self.ledger = Ledger::default();
         for link in &mut self.links {
             link.rates.fill(0.0);
             link.accelerations.fill(0.0);

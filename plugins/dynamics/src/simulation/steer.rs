@@ -2,6 +2,7 @@
 
 use loftsman_kernel::Vector;
 
+use super::ledger::Ledger;
 use super::{Simulation, shapes};
 use crate::constraint::{Hold, Target};
 use crate::error::{DynamicsError, Result, check_vector};
@@ -22,6 +23,7 @@ impl Simulation {
     /// # Errors
     /// When there are not as many constraints, or it is not of a point.
     pub fn retarget(&mut self, constraint: usize, to: impl Into<Path>) -> Result<()> {
+        self.ledger = Ledger::default();
         let to = known(to.into())?;
         let count = self.links.len();
         let time = self.time;
@@ -42,6 +44,7 @@ impl Simulation {
     /// # Errors
     /// When there are not as many pulls.
     pub fn pull_to(&mut self, pull: usize, path: impl Into<Path>) -> Result<()> {
+        self.ledger = Ledger::default();
         let path = known(path.into())?;
         let mut pulls = self.loads.iter_mut().filter_map(|load| match &mut load.kind {
             Kind::Pull { to, .. } => Some(to),
@@ -64,6 +67,7 @@ impl Simulation {
     /// # Errors
     /// When there are not as many.
     pub fn push_with(&mut self, force: usize, value: impl Into<Vector>) -> Result<()> {
+        self.ledger = Ledger::default();
         let value: Vector = value.into();
         check_vector("a force", &value)?;
         let mut forces = self.loads.iter_mut().filter_map(|load| match &mut load.kind {
@@ -88,6 +92,7 @@ impl Simulation {
     /// # Errors
     /// When there are not as many bodies.
     pub fn applied_mut(&mut self, body: usize) -> Result<&mut [f64]> {
+        self.ledger = Ledger::default();
         let range = self.body(body)?.range();
         Ok(&mut self.applied[range])
     }
@@ -97,6 +102,7 @@ impl Simulation {
     /// # Errors
     /// As for [`Setup::prepare`](crate::Setup::prepare).
     pub fn hold(&mut self, constraint: Hold, draw: f64) -> Result<usize> {
+        self.ledger = Ledger::default();
         let constraint = Hold { from: constraint.from.max(self.time), ..constraint };
         let link = {
             let shapes = shapes(&self.bodies);
@@ -117,6 +123,7 @@ impl Simulation {
     /// # Errors
     /// When there are not as many.
     pub fn release(&mut self, constraint: usize) -> Result<()> {
+        self.ledger = Ledger::default();
         let (count, time) = (self.links.len(), self.time);
         let link = self.links.get_mut(constraint).ok_or(DynamicsError::Missing {
             what: "constraint",
