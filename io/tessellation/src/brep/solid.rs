@@ -9,7 +9,7 @@ use loftsman_kernel::{Error, Point, Result, Vector, parallel};
 
 use super::arrange::{Layout, Leg, arrange};
 use super::assemble::{Piece, assemble};
-use super::carrier::Carrier;
+use super::carrier::{Carrier, Searches};
 use super::cut::{Chain, Goal, Guide, ONE_PLACE, Path, Track};
 use super::fill::fill;
 use super::plane::{Plane, Trouble};
@@ -226,7 +226,7 @@ impl<'b> Cut<'b> {
                 let one = &brep.loops(place.face)[place.chain][place.number];
                 let guide = one.parameters.as_ref();
                 let guide = guide.map(|g| Guide { curve: g.curve().clone(), range: g.range() });
-                tracks.push(Track { face: place.face, at: Vec::new(), off: Vec::new(), guide, lost: None });
+                tracks.push(Track::new(place.face, guide));
             }
             let curve = line.part.clone()?;
             let pair = ends(edge);
@@ -314,7 +314,7 @@ impl<'b> Cut<'b> {
         for &vertex in self.brep.lone_vertices(face) {
             let point = self.brep.vertices()[vertex];
             let snap = (self.brep.tolerances()[vertex] / self.goal.size).max(ONE_PLACE);
-            match carrier.foot(&point, None, 2.0 * snap) {
+            match carrier.foot(&point, None, 2.0 * snap, &mut Searches::default()) {
                 Ok((at, off)) if off <= 2.0 * snap => {
                     let mut at = carrier.settled(at, &carrier.framed(&point), 2.0 * snap);
                     for d in 0..2 {
