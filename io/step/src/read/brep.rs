@@ -13,6 +13,9 @@ use super::spline::{SURFACES, is_one};
 use super::style::Styles;
 use super::surface::Sheet;
 
+/// What is said of what names something that is left out.
+const LEFT_OUT: &str = " in it is left out";
+
 /// What is made of one solid or surface model.
 pub(crate) struct Model {
     pub(crate) brep: Brep,
@@ -222,7 +225,7 @@ impl<'r, 'f> Builder<'r, 'f> {
                         }
                         Err(problem) => {
                             if problem.number != number {
-                                let text = format!("#{} in it is left out", problem.number);
+                                let text = format!("#{}{LEFT_OUT}", problem.number);
                                 self.problems.push(Problem::new(number, text));
                             }
                             self.problems.push(problem);
@@ -499,7 +502,9 @@ impl<'r, 'f> Builder<'r, 'f> {
 
     fn finish(mut self, number: u64) -> Got<Model> {
         if self.parts.faces.is_empty() {
-            let first = self.problems.first().map(|p| format!(": #{}: {}", p.number, p.text));
+            // The cause, not that what names it goes with it.
+            let cause = self.problems.iter().find(|p| !p.text.ends_with(LEFT_OUT));
+            let first = cause.map(|p| format!(": #{}: {}", p.number, p.text));
             let text = format!("nothing of it is left{}", first.unwrap_or_default());
             return Err(Problem::new(number, text));
         }

@@ -235,8 +235,18 @@ impl Basis {
         })
     }
 
+    /// The plane of a conic.
+    pub(crate) fn frame(&self) -> Option<&Frame> {
+        match self {
+            Self::Ellipse { frame, .. } | Self::Parabola { frame, .. } | Self::Hyperbola { frame, .. } => {
+                Some(frame)
+            }
+            _ => None,
+        }
+    }
+
     /// The point at a parameter.
-    fn point(&self, t: f64) -> loftsman_kernel::Result<Point> {
+    pub(crate) fn point(&self, t: f64) -> loftsman_kernel::Result<Point> {
         Ok(match self {
             Self::Line { origin, vector } => origin + vector * t,
             Self::Ellipse { frame, radii, .. } => {

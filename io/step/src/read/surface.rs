@@ -5,12 +5,14 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use loftsman_kernel::brep::{Frame, SurfaceForm};
 use loftsman_kernel::spline::{Curve, Direction, Surface};
 use loftsman_kernel::{Point, Vector};
+use nalgebra::{Rotation3, Unit};
 
 use super::curve::Basis;
 use super::elementary::rectangle;
 use super::entity::{At, Got, Problem, deeper};
 use super::place::Space;
 use super::spline::{SURFACES, is_one};
+use super::swept::{extruded, open_extrusion, open_revolution};
 
 /// How far splines may be from the offsets that they stand for, as a part of their size.
 const NEAR: f64 = 1e-7;
@@ -25,8 +27,10 @@ pub(crate) enum Sheet {
     Near(Surface, f64),
     /// A curve along a vector, without end.
     Extrusion { curve: Curve, along: Vector },
-    /// A straight line about an axis, without end.
-    Revolution { origin: Point, vector: Vector, axis: (Point, Vector) },
+    /// A conic without ends along a vector, without end.
+    OpenExtrusion { basis: Basis, along: Vector },
+    /// A line or a conic without ends about an axis.
+    OpenRevolution { basis: Basis, axis: (Point, Vector) },
 }
 
 /// A surface of a face.
@@ -125,6 +129,9 @@ impl Space<'_, '_> {
                 let turned = along.dot(&frame.z) < 0.0;
                 Ok(Sheet::Elementary(SurfaceForm::Cylinder { frame, radius: radii[0] }, turned))
             }
+            Basis::Parabola { .. } | Basis::Hyperbola { .. } if !self.has_ends(curve, depth)? => {
+                Ok(Sheet::OpenExtrusion { basis, along })
+            }
             _ => Ok(Sheet::Extrusion { curve: self.bounded(curve, depth)?, along }),
         }
     }
@@ -133,7 +140,10 @@ impl Space<'_, '_> {
         let (basis, _) = self.basis(curve, depth)?;
         let (origin, direction) = axis;
         let profile = match basis {
-            Basis::Line { origin, vector } => return Ok(Sheet::Revolution { origin, vector, axis }),
+            Basis::Line { .. } => return Ok(Sheet::OpenRevolution { basis, axis }),
+            Basis::Parabola { .. } | Basis::Hyperbola { .. } if !self.has_ends(curve, depth)? => {
+                return Ok(Sheet::OpenRevolution { basis, axis });
+            }
             // A circle about a point of the axis would go over its sphere twice: one half is enough.
             Basis::Ellipse { ref frame, radii, circle: true }
                 if super::entity::kind(self.file, curve) == b"CIRCLE" && {
@@ -147,6 +157,24 @@ impl Space<'_, '_> {
             _ => self.bounded(curve, depth)?,
         };
         Surface::revolution(&profile, origin, direction, TAU).map(Sheet::Spline).at(number)
+    }
+
+    /// Angles of the file from the first to the second, no more than all around.
+    fn around(&self, [a, b]: [f64; 2]) -> [f64; 2] {
+        let (a, b) = (a * self.units.angle, b * self.units.angle);
+        if b > a { [a, b.min(a + TAU)] } else { [a, b + TAU] }
+    }
+
+    /// Whether a curve is a piece of what it is on, looked at through what is on surfaces.
+    fn has_ends(&self, curve: u64, depth: usize) -> Got<bool> {
+        let depth = deeper(curve, depth)?;
+        let entity = self.entity(curve)?;
+        Ok(match entity.only() {
+            b"SURFACE_CURVE" | b"SEAM_CURVE" | b"INTERSECTION_CURVE" => {
+                self.has_ends(entity.args().reference(1)?, depth)?
+            }
+            kind => kind == b"TRIMMED_CURVE",
+        })
     }
 
     fn trimmed_sheet(
@@ -165,10 +193,7 @@ impl Space<'_, '_> {
                 .at(number)?,
             Sheet::Elementary(form, _) => {
                 let angle = self.units.angle;
-                let around = |[a, b]: [f64; 2]| {
-                    let (a, b) = (a * angle, b * angle);
-                    if b > a { [a, b.min(a + TAU)] } else { [a, b + TAU] }
-                };
+                let around = |ends| self.around(ends);
                 let straight = |[a, b]: [f64; 2]| [self.length(a), self.length(b)];
                 let (u, v) = match form {
                     SurfaceForm::Plane { .. } => (straight([a, b]), straight([c, d])),
@@ -184,11 +209,17 @@ impl Space<'_, '_> {
                 let part = curve.between(a, b).at(number)?;
                 extruded(&part, *along, [c, d]).at(number)?
             }
-            Sheet::Revolution { .. } => {
-                return Err(Problem::new(
-                    number,
-                    "a rectangle of a straight line that is turned is not read",
-                ));
+            Sheet::OpenExtrusion { basis, along } => {
+                extruded(&basis.piece(a, b, number)?, *along, [c, d]).at(number)?
+            }
+            Sheet::OpenRevolution { basis, axis: (base, direction) } => {
+                let [from, to] = self.around([a, b]);
+                let turn = Rotation3::from_axis_angle(&Unit::new_unchecked(*direction), from);
+                let (space, points, weights) = basis.piece(c, d, number)?.into_parts();
+                let points = points.iter().map(|p| base + turn * (p - base)).collect();
+                Curve::build(space, points, weights)
+                    .and_then(|start| Surface::revolution(&start, *base, *direction, to - from))
+                    .at(number)?
             }
         };
         let turn = |surface: Surface, direction, sense: bool| {
@@ -200,13 +231,6 @@ impl Space<'_, '_> {
             _ => Sheet::Spline(surface),
         })
     }
-}
-
-/// A curve along a vector, `v` the multiple of it.
-fn extruded(curve: &Curve, along: Vector, [from, to]: [f64; 2]) -> loftsman_kernel::Result<Surface> {
-    let (space, points, weights) = curve.clone().into_parts();
-    let start = Curve::build(space, points.iter().map(|p| p + along * from).collect(), weights)?;
-    Surface::extrusion(&start, along * (to - from))?.reparametrise(Direction::V, from, to)
 }
 
 impl Sheet {
@@ -236,9 +260,11 @@ impl Sheet {
                 let surface = extruded(curve, *along, [ends[0] - margin, ends[1] + margin]).at(number)?;
                 Ok(spline(surface))
             }
-            Self::Revolution { origin, vector, axis } => {
-                let surface = revolved_line(*origin, *vector, *axis, points, number)?;
-                Ok(spline(surface))
+            Self::OpenExtrusion { basis, along } => {
+                Ok(spline(open_extrusion(basis, *along, points, number)?))
+            }
+            Self::OpenRevolution { basis, axis } => {
+                Ok(spline(open_revolution(basis, *axis, points, number)?))
             }
         }
     }
@@ -260,64 +286,4 @@ impl Sheet {
             _ => Err(Problem::new(number, "a surface without ends")),
         }
     }
-}
-
-/// A straight line turned about an axis, as long as points on the surface need.
-fn revolved_line(
-    origin: Point,
-    vector: Vector,
-    (base, direction): (Point, Vector),
-    points: &[Point],
-    number: u64,
-) -> Got<Surface> {
-    let split = |p: Point| {
-        let d = p - base;
-        let height = d.dot(&direction);
-        (height, (d - direction * height).norm())
-    };
-    let slope = vector.dot(&direction);
-    let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
-    for &p in points {
-        let (height, radius) = split(p);
-        let t = if slope.abs() > 1e-9 * vector.norm() {
-            (height - split(origin).0) / slope
-        } else {
-            // Across the axis: by how far the point is from it, on the side where the line starts.
-            let across = origin - base - direction * (origin - base).dot(&direction);
-            let (a, b, c) =
-                (vector.norm_squared(), across.dot(&vector), across.norm_squared() - radius * radius);
-            let root = (b * b - a * c).max(0.0).sqrt();
-            let both = [(-b - root) / a, (-b + root) / a];
-            if b >= 0.0 { both[1] } else { both[0] }
-        };
-        ends = [ends[0].min(t), ends[1].max(t)];
-    }
-    let margin = (ends[1] - ends[0]) / 64.0;
-    if !(margin > 0.0 && margin.is_finite()) {
-        return Err(Problem::new(number, "no points say how long the turned line is"));
-    }
-    let at = |t: f64| origin + vector * t;
-    // No further than to the axis, beyond which the surface would be there twice.
-    let ([low, high], crossing) =
-        ([ends[0] - margin, ends[1] + margin], crossing(origin, vector, base, direction));
-    let [low, high] = match crossing {
-        Some(t) if t > low && t <= ends[0] => [t, high],
-        Some(t) if t < high && t >= ends[1] => [low, t],
-        _ => [low, high],
-    };
-    Curve::line(at(low), at(high))
-        .and_then(|profile| Surface::revolution(&profile, base, direction, TAU))
-        .at(number)
-}
-
-/// Where a line comes to an axis, if it does.
-fn crossing(origin: Point, vector: Vector, base: Point, direction: Vector) -> Option<f64> {
-    let across = |v: Vector| v - direction * v.dot(&direction);
-    let (d, v) = (across(origin - base), across(vector));
-    let length = v.norm_squared();
-    if length <= 1e-18 * vector.norm_squared() {
-        return None;
-    }
-    let t = -d.dot(&v) / length;
-    ((d + v * t).norm() <= 1e-9 * (d.norm() + v.norm())).then_some(t)
 }
