@@ -5,7 +5,7 @@
 use crate::common::{AXES, file, read};
 use loftsman_kernel::Point;
 use loftsman_kernel::brep::Brep;
-use loftsman_kernel::plugin::{Format, Memory, ReadOptions};
+use loftsman_kernel::plugin::{Format, Memory, ReadOptions, WriteOptions};
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_step::Step;
 
@@ -145,5 +145,99 @@ fn curves_swept_within_themselves_are_told() {
             Err(error) => error.to_string(),
         };
         assert!(said.contains("extruded within its own plane"), "{said}");
+    }
+}
+
+fn made(name: &str) -> Scene {
+    let path = format!("{}/../../tests/data/made/{name}", env!("CARGO_MANIFEST_DIR"));
+    Step.read(&Memory::new(name, std::fs::read(path).unwrap()), &ReadOptions::default()).unwrap().0
+}
+
+fn written(scene: &Scene) -> String {
+    let mut out = Memory::new("out.step", Vec::new());
+    Step.write(scene, &mut out, &WriteOptions::default()).unwrap();
+    String::from_utf8(out.bytes).unwrap()
+}
+
+/// Files of OpenCASCADE: what is extruded, turned and a conic comes out as that, on the same points, and from then on the same.
+#[test]
+fn swept_surfaces_and_conics_go_out_as_what_they_are() {
+    for (name, kinds) in [
+        ("parab.step", &[("SURFACE_OF_LINEAR_EXTRUSION(", 1), ("PARABOLA(", 3)][..]),
+        ("hyper.step", &[("SURFACE_OF_LINEAR_EXTRUSION(", 1), ("HYPERBOLA(", 3)]),
+        ("elprism.step", &[("SURFACE_OF_LINEAR_EXTRUSION(", 1), ("ELLIPSE(", 3)]),
+        ("elslant.step", &[("SURFACE_OF_LINEAR_EXTRUSION(", 1), ("ELLIPSE(", 3)]),
+        ("splext.step", &[("SURFACE_OF_LINEAR_EXTRUSION(", 1), ("B_SPLINE_CURVE_WITH_KNOTS(", 3)]),
+        ("splrev.step", &[("SURFACE_OF_REVOLUTION(", 1)]),
+        ("splrevpart.step", &[("SURFACE_OF_REVOLUTION(", 1)]),
+        ("elrev.step", &[("SURFACE_OF_REVOLUTION(", 1)]),
+    ] {
+        let first = made(name);
+        let text = written(&first);
+        for (kind, count) in kinds {
+            assert_eq!(text.matches(kind).count(), *count, "{name}: {kind}");
+        }
+        assert!(!text.contains("B_SPLINE_SURFACE"), "{name}");
+        let (second, report) = read(&text).unwrap();
+        let (before, after) = (brep(&first), brep(&second));
+        assert_eq!(
+            (before.solids(), before.edge_count()),
+            (after.solids(), after.edge_count()),
+            "{name}: {report:?}"
+        );
+        let size = before.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+        assert!(after.flaws(1e-6 * size).unwrap().is_empty(), "{name}: {report:?}");
+        for face in 0..before.face_count() {
+            assert_eq!(before.surface_form(face).name(), after.surface_form(face).name(), "{name}");
+            assert_eq!(before.is_reversed(face), after.is_reversed(face), "{name}");
+            let (old, new) = (before.surface(face).unwrap(), after.surface(face).unwrap());
+            let ((a, b), (c, d)) = (old.u().domain(), old.v().domain());
+            for (s, t) in [(0.0, 0.0), (0.3, 0.4), (0.7, 0.2), (1.0, 0.9)] {
+                let p = old.point(a + s * (b - a), c + t * (d - c)).unwrap();
+                let off = new.closest(p).unwrap().distance;
+                assert!(off < 1e-12 * size, "{name}: face {face} {off}");
+            }
+        }
+        let again = written(&second);
+        let digits = |text: &str| text.matches("CARTESIAN_POINT").count();
+        assert_eq!(digits(&again), digits(&text), "{name}");
+        let (third, _) = read(&again).unwrap();
+        let apart = brep(&third).points().iter().zip(after.points()).map(|(p, q)| (p - q).amax());
+        assert!(apart.fold(0.0, f64::max) < 1e-13 * size, "{name}");
+    }
+}
+
+/// Moved, turned and scaled they stay what they are; stretched, and with a control vertex moved, they are splines.
+#[test]
+fn what_is_swept_stays_so_as_long_as_it_is_not_edited() {
+    for name in ["parab.step", "elslant.step", "splrev.step"] {
+        let scene = made(name);
+        let of = |kind: &str, brep: &Brep| {
+            (0..brep.face_count()).filter(|&face| brep.surface_form(face).name() == kind).count()
+        };
+        let kind = if name == "splrev.step" { "revolution" } else { "extrusion" };
+        assert_eq!(of(kind, brep(&scene)), 1);
+        let turn = nalgebra::Rotation3::from_euler_angles(0.3, -0.5, 1.1).to_homogeneous();
+        let mirror = nalgebra::Matrix4::new_nonuniform_scaling(&nalgebra::Vector3::new(-2.0, 2.0, 2.0));
+        for map in [turn, mirror, turn * mirror] {
+            let geometry = scene.objects()[0].geometry().transformed(&map).unwrap();
+            let mut moved = Scene::new();
+            moved.add(loftsman_kernel::scene::Object::new("moved", geometry)).unwrap();
+            assert_eq!(of(kind, brep(&moved)), 1, "{name}");
+            let (back, report) = read(&written(&moved)).unwrap();
+            assert_eq!(of(kind, brep(&back)), 1, "{name}: {report:?}");
+            let size = brep(&moved).points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+            assert!(brep(&back).flaws(1e-6 * size).unwrap().is_empty(), "{name}: {report:?}");
+            assert_eq!(brep(&back).solids().len(), 1, "{name}");
+        }
+        let stretch = nalgebra::Matrix4::new_nonuniform_scaling(&nalgebra::Vector3::new(1.0, 2.0, 3.0));
+        let mut stretched = Scene::new();
+        let geometry = scene.objects()[0].geometry().transformed(&stretch).unwrap();
+        stretched.add(loftsman_kernel::scene::Object::new("stretched", geometry)).unwrap();
+        assert_eq!(of(kind, brep(&stretched)), 0, "{name}");
+        assert!(written(&stretched).contains("B_SPLINE_SURFACE"), "{name}");
+        let mut points = brep(&scene).points().to_vec();
+        points.iter_mut().for_each(|p| p.x += 0.01 * p.y);
+        assert_eq!(of(kind, &brep(&scene).with_points(points).unwrap()), 0, "{name}");
     }
 }

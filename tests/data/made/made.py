@@ -1,10 +1,11 @@
-"""Writes the STEP files beside it with OpenCASCADE."""
+"""Writes the STEP and IGES files beside it with OpenCASCADE."""
 
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge as edge
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace as face
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeWire as wire
 from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism as prism
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeRevol as revolved
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeTorus as torus
 from OCP.collections import Array1_gp_Pnt
 from OCP.Geom import (
     Geom_Ellipse,
@@ -16,6 +17,7 @@ from OCP.Geom import (
 )
 from OCP.GeomAPI import GeomAPI_PointsToBSpline
 from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Elips, gp_Hypr, gp_Parab, gp_Pnt, gp_Vec
+from OCP.IGESControl import IGESControl_Writer
 from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
 
 origin, up = gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)
@@ -58,3 +60,8 @@ offset = Geom_OffsetSurface(extrusion, 0.3)
 write("offset", face(offset, curve.FirstParameter(), curve.LastParameter(), 0, 2, 1e-6).Shape())
 ring = Geom_Ellipse(gp_Elips(gp_Ax2(gp_Pnt(6, 0, 0), gp_Dir(0, 1, 0)), 2, 1))
 write("elrev", face(Geom_SurfaceOfRevolution(ring, gp_Ax1(origin, up)), 0, 1.5, 0, 2.0, 1e-6).Shape())
+
+writer = IGESControl_Writer("MM", 0)
+writer.AddShape(torus(5, 1).Shape())
+writer.ComputeModel()
+writer.Write("torus.igs")

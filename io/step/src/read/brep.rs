@@ -294,7 +294,7 @@ impl<'r, 'f> Builder<'r, 'f> {
             (self.space.sheet(at, 0)?, at, args.flag(3)?)
         };
         self.notes.extend(sheet.told(at));
-        let ends = matches!(sheet, Sheet::Spline(_) | Sheet::Near(..));
+        let ends = matches!(sheet, Sheet::Spline(_) | Sheet::Near(..) | Sheet::Turned(..));
         let points = if ends { Vec::new() } else { self.points_of(&loops, &lone).at(number)? };
         // Parameters are those of the file.
         let of = self.space.entity(at).ok();
@@ -338,7 +338,16 @@ impl<'r, 'f> Builder<'r, 'f> {
                 lone.push(self.vertex(args.reference(1)?)?);
                 Ok(Vec::new())
             }
-            b"EDGE_LOOP" => args.references(1)?.into_iter().map(|one| self.oriented(one)).collect(),
+            b"EDGE_LOOP" => {
+                let edges = args.references(1)?;
+                if edges.is_empty() {
+                    return Err(Problem::new(
+                        number,
+                        "a loop without edges bounds nothing: name its edges, or leave the bound out",
+                    ));
+                }
+                edges.into_iter().map(|one| self.oriented(one)).collect()
+            }
             b"POLY_LOOP" => {
                 let points = args.references(1)?;
                 let corners: Vec<usize> =

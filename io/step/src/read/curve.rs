@@ -289,7 +289,7 @@ impl Basis {
     }
 
     /// What it is beside a spline, where an edge runs along it or against it.
-    fn form(&self, along: bool) -> CurveForm {
+    pub(crate) fn form(&self, along: bool) -> CurveForm {
         let turned = |frame: &Frame| if along { *frame } else { Frame { z: -frame.z, ..*frame } };
         match self {
             Self::Line { .. } => CurveForm::Line,
@@ -297,7 +297,9 @@ impl Basis {
                 CurveForm::Circle { frame: turned(frame), radius: radii[0] }
             }
             Self::Ellipse { frame, radii, .. } => CurveForm::Ellipse { frame: turned(frame), radii: *radii },
-            _ => CurveForm::Spline,
+            Self::Parabola { frame, focal } => CurveForm::Parabola { frame: *frame, focal: *focal },
+            Self::Hyperbola { frame, radii } => CurveForm::Hyperbola { frame: *frame, radii: *radii },
+            Self::Spline(_) => CurveForm::Spline,
         }
     }
 }
@@ -371,7 +373,7 @@ impl Basis {
                 let (from, to) = if along { (a, b) } else { (b, a) };
                 let curve = self.piece(from, to, number)?;
                 let range = curve.domain();
-                Ok(OnCurve { curve, range, reversed: !along, form: CurveForm::Spline })
+                Ok(OnCurve { curve, range, reversed: !along, form: self.form(true) })
             }
             Self::Spline(curve) => {
                 let [first, last] = if along { [start, end] } else { [end, start] };

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use loftsman_kernel::brep::{Frame, SurfaceForm};
+use loftsman_kernel::brep::{CurveForm, Frame, SurfaceForm};
 use loftsman_kernel::spline::{Curve, Direction, Surface};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::{Rotation3, Unit};
@@ -25,8 +25,10 @@ pub(crate) enum Sheet {
     Spline(Surface),
     /// A spline near to what the file has, which is none, and how far it was found to be off.
     Near(Surface, f64),
+    /// A curve with ends that is turned all around.
+    Turned(Surface, SurfaceForm),
     /// A curve along a vector, without end.
-    Extrusion { curve: Curve, along: Vector },
+    Extrusion { curve: Curve, profile: CurveForm, along: Vector },
     /// A conic without ends along a vector, without end.
     OpenExtrusion { basis: Basis, along: Vector },
     /// A line or a conic without ends about an axis.
@@ -83,7 +85,7 @@ impl Space<'_, '_> {
                             }
                         }
                     }
-                    Sheet::Spline(surface) => {
+                    Sheet::Spline(surface) | Sheet::Turned(surface, _) => {
                         let (surface, error) = surface.offset(distance, NEAR).at(number)?;
                         Ok(Sheet::Near(surface, error))
                     }
@@ -132,13 +134,16 @@ impl Space<'_, '_> {
             Basis::Parabola { .. } | Basis::Hyperbola { .. } if !self.has_ends(curve, depth)? => {
                 Ok(Sheet::OpenExtrusion { basis, along })
             }
-            _ => Ok(Sheet::Extrusion { curve: self.bounded(curve, depth)?, along }),
+            basis => {
+                Ok(Sheet::Extrusion { curve: self.bounded(curve, depth)?, profile: basis.form(true), along })
+            }
         }
     }
 
     fn revolution(&self, curve: u64, axis: (Point, Vector), number: u64, depth: usize) -> Got<Sheet> {
         let (basis, _) = self.basis(curve, depth)?;
         let (origin, direction) = axis;
+        let form = turned(basis.form(true), axis);
         let profile = match basis {
             Basis::Line { .. } => return Ok(Sheet::OpenRevolution { basis, axis }),
             Basis::Parabola { .. } | Basis::Hyperbola { .. } if !self.has_ends(curve, depth)? => {
@@ -156,7 +161,9 @@ impl Space<'_, '_> {
             }
             _ => self.bounded(curve, depth)?,
         };
-        Surface::revolution(&profile, origin, direction, TAU).map(Sheet::Spline).at(number)
+        Surface::revolution(&profile, origin, direction, TAU)
+            .map(|surface| Sheet::Turned(surface, form))
+            .at(number)
     }
 
     /// Angles of the file from the first to the second, no more than all around.
@@ -187,7 +194,7 @@ impl Space<'_, '_> {
         let ordered = |(a, b): (f64, f64), sense: bool| if sense { [a, b] } else { [b, a] };
         let ([a, b], [c, d]) = (ordered(u, u_sense), ordered(v, v_sense));
         let surface = match basis {
-            Sheet::Spline(surface) | Sheet::Near(surface, _) => surface
+            Sheet::Spline(surface) | Sheet::Near(surface, _) | Sheet::Turned(surface, _) => surface
                 .between(Direction::U, a, b)
                 .and_then(|part| part.between(Direction::V, c, d))
                 .at(number)?,
@@ -205,7 +212,7 @@ impl Space<'_, '_> {
                 };
                 rectangle(form, [Some(u), Some(v)]).at(number)?
             }
-            Sheet::Extrusion { curve, along } => {
+            Sheet::Extrusion { curve, along, .. } => {
                 let part = curve.between(a, b).at(number)?;
                 extruded(&part, *along, [c, d]).at(number)?
             }
@@ -233,17 +240,25 @@ impl Space<'_, '_> {
     }
 }
 
+/// What a curve of a form is that is turned about an axis.
+fn turned(profile: CurveForm, (origin, direction): (Point, Vector)) -> SurfaceForm {
+    let frame = Frame::new(origin, direction, Vector::zeros());
+    frame.map_or(SurfaceForm::Spline, |frame| SurfaceForm::Revolution { frame, profile })
+}
+
 impl Sheet {
     /// The surface as a spline that holds these points; as a whole where it has ends.
     pub(crate) fn covering(&self, points: &[Point], number: u64) -> Got<Covering> {
         let spline = |surface: Surface| Covering { surface, form: SurfaceForm::Spline, reversed: false };
+        let swept = |surface: Surface, form: SurfaceForm| Covering { surface, form, reversed: false };
         match self {
             Self::Elementary(form, reversed) => {
                 let surface = form.covering(points).at(number)?;
                 Ok(Covering { surface, form: *form, reversed: *reversed })
             }
             Self::Spline(surface) | Self::Near(surface, _) => Ok(spline(surface.clone())),
-            Self::Extrusion { curve, along } => {
+            Self::Turned(surface, form) => Ok(swept(surface.clone(), *form)),
+            Self::Extrusion { curve, profile, along } => {
                 let unit = along / along.norm_squared();
                 let range = |points: &[Point]| {
                     let heights = points.iter().map(|p| p.coords.dot(&unit));
@@ -258,13 +273,14 @@ impl Sheet {
                     return Err(Problem::new(number, "no points say how far the curve goes along"));
                 }
                 let surface = extruded(curve, *along, [ends[0] - margin, ends[1] + margin]).at(number)?;
-                Ok(spline(surface))
+                Ok(swept(surface, SurfaceForm::Extrusion { along: *along, profile: *profile }))
             }
             Self::OpenExtrusion { basis, along } => {
-                Ok(spline(open_extrusion(basis, *along, points, number)?))
+                let form = SurfaceForm::Extrusion { along: *along, profile: basis.form(true) };
+                Ok(swept(open_extrusion(basis, *along, points, number)?, form))
             }
             Self::OpenRevolution { basis, axis } => {
-                Ok(spline(open_revolution(basis, *axis, points, number)?))
+                Ok(swept(open_revolution(basis, *axis, points, number)?, turned(basis.form(true), *axis)))
             }
         }
     }
@@ -281,7 +297,7 @@ impl Sheet {
     /// The surface where no face says how large it is.
     pub(crate) fn whole(&self, number: u64) -> Got<Surface> {
         match self {
-            Self::Spline(surface) | Self::Near(surface, _) => Ok(surface.clone()),
+            Self::Spline(surface) | Self::Near(surface, _) | Self::Turned(surface, _) => Ok(surface.clone()),
             Self::Elementary(form, _) => rectangle(form, [None, None]).at(number),
             _ => Err(Problem::new(number, "a surface without ends")),
         }

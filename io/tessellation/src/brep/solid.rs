@@ -22,6 +22,8 @@ const ROUNDS: usize = 12;
 /// No more than so many times the points that edges have, and so many beside, are put on them for that: loops that cross stay crossed.
 const FINER: usize = 4;
 const CHORDS: usize = 20_000;
+/// The part of the tolerance that is told to be worth a try where chords stay in each other's way.
+const FINER_BY: f64 = 0.1;
 /// How often a relative tolerance is measured.
 const ROUNDS_OF_SIZE: usize = 4;
 /// By how much more than its edges a Brep may extend before a relative tolerance is measured again.
@@ -497,8 +499,9 @@ impl<'b> Cut<'b> {
             let short = loftsman_kernel::text::short;
             format!(" near ({}, {}, {})", short(p.x), short(p.y), short(p.z))
         });
+        let finer = loftsman_kernel::text::short(FINER_BY * self.tolerance);
         Error::Invalid(format!(
-            "its loops cross or touch at edge {}{near}: loops must keep clear of one another and of themselves",
+            "its loops cross or touch at edge {}{near}: loops must keep clear of one another and of themselves; where they only come close, a tolerance of {finer} may part them",
             names.join(", ")
         ))
     }
