@@ -109,6 +109,7 @@ pub(crate) const WORDS: &[Word] = &[
 
 /// The words of documents, where they mean something else or are not in recipes.
 pub(crate) const DOCUMENT_WORDS: &[Word] = &[
+    word("along", "[x, y, z], the vector of an extrusion"),
     word("alpha", "a number from 0, see-through, to 1"),
     word("alpha_cutoff", "a number: opaque from that alpha on, not there below"),
     word("angle", "half the angle of a cone, in radians"),
@@ -135,9 +136,10 @@ pub(crate) const DOCUMENT_WORDS: &[Word] = &[
     ),
     word("file", "text, a path relative to the document"),
     word("first", "{ object, curve, from, to }: one side"),
+    word("focal", "the focal length of a parabola"),
     word(
         "form",
-        "what a curve or surface is beside a spline: kind is \"line\", \"circle\", \"ellipse\", \"plane\", \"cylinder\", \"cone\", \"sphere\" or \"torus\"",
+        "what a curve or surface is beside a spline: kind is \"line\", \"circle\", \"ellipse\", \"plane\", \"cylinder\", \"cone\", \"sphere\", \"torus\", \"parabola\", \"hyperbola\", \"extrusion\" or \"revolution\"",
     ),
     word("format", "text, the name of a format"),
     word("frames", "a list of frames, each a list of all points"),
@@ -180,7 +182,8 @@ pub(crate) const DOCUMENT_WORDS: &[Word] = &[
         "points",
         "a list of [x, y, z], of a surface rows of them along u; of a trimmed surface pairs [u, v]; of a face of a brep vertices alone in it",
     ),
-    word("radii", "[major, minor] of an ellipse"),
+    word("profile", "the form of the curve that is extruded or turned"),
+    word("radii", "[major, minor] of an ellipse, the half diameters of a hyperbola"),
     word("radius", "a number"),
     word("rate", "a number, frames a second"),
     word("red", "a number from 0 to 1"),

@@ -252,3 +252,36 @@ fn solids_whose_edges_are_far_from_their_faces_are_cut_soon() {
         assert!(faces > 0, "{file}: nothing of it is cut");
     }
 }
+
+/// One control point of an edge far away or at nothing: the edge is anywhere about as far from its face as from all of it. Looking for the nearest place for each
+/// of a hundred thousand chords took more than a minute.
+#[test]
+fn one_number_far_too_large_or_small_costs_no_time() {
+    let registry = loftsman::registry();
+    let format = registry.formats().iter().find(|f| f.declaration().name == "step").unwrap();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/made/offset.step");
+    let original = std::fs::read_to_string(path).unwrap();
+    let point = "#94 = CARTESIAN_POINT('',(3.516531655413,0.,3.025526813982));";
+    let fineness = Fineness { chord: Chord::Relative(1e-3), angle: 0.3 };
+    assert_eq!(original.matches(point).count(), 1);
+    for number in ["1e30", "1e60", "1e100", "1e200", "1e300", "1e308", "-1e200", "1e-200", "100."] {
+        let text =
+            original.replace(point, &format!("#94 = CARTESIAN_POINT('',(3.516531655413,0.,{number}));"));
+        let begun = Instant::now();
+        let memory = Memory::new("offset.step", text.into_bytes());
+        let (scene, _) = format.read(&memory, &ReadOptions::default()).unwrap();
+        let breps = scene.objects().iter().filter_map(|object| match object.geometry() {
+            Geometry::Brep(brep) => Some(brep),
+            _ => None,
+        });
+        for brep in breps {
+            let told = registry.tessellator().unwrap().measured_brep(brep, &fineness);
+            let said = match told {
+                Ok(found) => format!("{:?}", found.left_out),
+                Err(error) => error.to_string(),
+            };
+            assert!(number == "1e-200" || said.contains("edge"), "{number}: {said}");
+        }
+        assert!(begun.elapsed() < LONGEST / 4, "{number}: {:?}", begun.elapsed());
+    }
+}

@@ -155,3 +155,25 @@ fn every_face_of_every_file_is_cut() {
     }
     assert!(files >= 20 && faces >= 500, "{files} files, {faces} faces");
 }
+
+/// A torus whose one face has a boundary along both of its seams (`data/made`), as other programs write it in IGES: closed, and as large as it is.
+#[test]
+fn a_torus_of_one_trimmed_surface_is_whole() {
+    let registry = loftsman::registry();
+    let format = registry.formats().iter().find(|f| f.declaration().name == "iges").unwrap();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/made/torus.igs");
+    let memory = loftsman::kernel::plugin::Memory::new("torus.igs", std::fs::read(path).unwrap());
+    let (scene, report) = format.read(&memory, &Default::default()).unwrap();
+    let Geometry::Brep(brep) = scene.objects()[0].geometry() else { panic!("{report:?}") };
+    let exact = 4.0 * PI * PI * 5.0;
+    let fineness = Fineness { chord: Chord::Relative(1e-4), angle: 0.1 };
+    let found = registry.tessellator().unwrap().measured_brep(brep, &fineness).unwrap();
+    assert!(found.left_out.is_empty(), "{:?}", found.left_out);
+    let points = found.mesh.points();
+    let mut area = 0.0;
+    for face in found.mesh.faces() {
+        let [a, b, c] = [0, 1, 2].map(|k: usize| points[face[k] as usize]);
+        area += 0.5 * (b - a).cross(&(c - a)).norm();
+    }
+    assert!((area / exact - 1.0).abs() < 2e-3, "{area} {exact}");
+}

@@ -523,3 +523,18 @@ fn offsets_of_surfaces() {
         }
     }
 }
+
+/// OpenCASCADE's torus of one trimmed surface: its boundary runs along two circles there and back, which are one edge each.
+#[test]
+fn a_boundary_along_seams_that_close_has_each_of_them_once() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/made/torus.igs");
+    let (scene, report) = read(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let Geometry::Brep(brep) = only(&scene) else { panic!("{report:?}") };
+    assert_eq!((brep.face_count(), brep.edge_count(), brep.vertices().len()), (1, 2, 1), "{report:?}");
+    for edge in 0..2 {
+        let directions: Vec<bool> =
+            brep.uses(edge).iter().map(|one| brep.loops(0)[one.chain][one.number].reversed).collect();
+        assert!(directions == [false, true] || directions == [true, false], "{directions:?}");
+    }
+    assert!(brep.is_closed(&[0]));
+}

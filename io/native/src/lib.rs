@@ -61,7 +61,8 @@
 //!
 //! A `form` says what a curve or surface is beside a spline, to rounding: a `kind`, and but for `"line"` where it is (`origin`, `x` and the
 //! axis `z`, of unit length): `"circle"`, `"cylinder"` and `"sphere"` have a `radius`, `"ellipse"` `radii`, `"cone"` `radius` and `angle` (half of it, in radians),
-//! `"torus"` `major` and `minor`, `"plane"` no more. Loops that do not close, and solids whose shells do not, are errors.
+//! `"torus"` `major` and `minor`, `"plane"` no more, `"parabola"` its `focal` length, `"hyperbola"` `radii` as the ellipse. An `"extrusion"` has the vector
+//! `along` instead of a place, a `"revolution"` its axis `z`; both the form of the swept curve as their `profile`, where that is more than a spline. Loops that do not close, and solids whose shells do not, are errors.
 //!
 //! A mesh may have the layers `normals`, `tangents` (`[x, y, z, sign]`), `uvs`, `more_uvs` (a list of layers) and `colors` (linear red, green, blue,
 //! alpha). A layer is a list, one value a point, or a table `{ "values": […], "corners": […] }` with the index of the

@@ -14,7 +14,8 @@
 //! |---|---|
 //! | solid, surface model, shell, face | a Brep each; a solid whose shell does not close is kept as its shell, with a note |
 //! | plane, cylinder, cone, sphere, torus | an exact rational spline as large as the face needs, and what it is |
-//! | surface of revolution, of extrusion, offset of an elementary one | an exact spline |
+//! | surface of revolution, of extrusion | an exact spline, as large as the face needs where it has no ends, and what it is |
+//! | offset of an elementary surface | the elementary surface |
 //! | line, circle, ellipse, parabola, hyperbola, polyline, trimmed and composite curve | an exact spline, with what it is |
 //! | B-spline in any form | itself; curves said to be closed keep the knots that are listed |
 //! | parameter curve on a B-spline surface, of an edge that runs along no line of parameters | that of the edge's use, where it is as near as the edge's tolerance says |
@@ -33,7 +34,7 @@
 //!
 //! **Writing.** AP242. Each object is a product under its name, with its label; groups and definitions are assemblies, instances occurrences of a
 //! product that is written once. Curves, polylines, points, surfaces and trimmed surfaces go into geometric sets, Breps out as solids or surface
-//! models, their faces and edges as what they are: planes, cylinders, lines, circles, else B-splines, with the parameter curves that are known on
+//! models, their faces and edges as what they are: planes, cylinders, extrusions and revolutions, lines, circles, conics, else B-splines, with the parameter curves that are known on
 //! these. Trimmed surfaces are bounded by their loops in parameters (`CURVE_BOUNDED_SURFACE`), exactly; meshes are tessellated shells of
 //! triangles. Numbers read back to the same bits.
 //! Periodic splines are opened and all are clamped, as other programs take other knots amiss. A transform that is no turn and shift is baked in. What a layer

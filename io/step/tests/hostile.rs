@@ -341,6 +341,16 @@ fn faults_of_files_are_told_with_line_and_advice() {
             "name the unit of the input",
         ],
     );
+    let astray = good.replace("),#5);", "),#999);");
+    assert_ne!(astray, good);
+    one(&astray, &[&format!("#6, line {}, says no unit of length", line(&astray, "#6="))]);
+    // A loop without edges.
+    let bare = format!(
+        "{AXES}#100=OPEN_SHELL('',(#101));\n#101=ADVANCED_FACE('',(#102),#104,.T.);\n#102=FACE_OUTER_BOUND('',#103,.T.);\n\
+         #103=EDGE_LOOP('',());\n#104=PLANE('',#10);\n"
+    );
+    let error = read(&file("#100", &bare)).unwrap_err().to_string();
+    assert!(error.contains("#103: a loop without edges bounds nothing: name its edges"), "{error}");
     // Schemas.
     one(
         &good.replace("('AP242')", "('IFC4')"),

@@ -7,3 +7,4 @@ mod geometry;
 mod hostile;
 mod parameters;
 mod round_trip;
+mod swept;

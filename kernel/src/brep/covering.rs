@@ -17,13 +17,14 @@ impl SurfaceForm {
     /// are whole: `u` around the axis, `v` the latitude from `-π/2`, or around the tube from outside.
     ///
     /// # Errors
-    /// When it is a spline, whose surface is known; when a number is no size, or there are no points and some are needed.
+    /// When it is a spline or a swept curve, whose surface is known; when a number is no size, or there are no points and some are needed.
     pub fn covering(&self, points: &[Point]) -> Result<Surface> {
         self.check()?;
         match *self {
-            Self::Spline => {
-                Err(Error::Invalid("a spline surface is no elementary one: take it as it is".into()))
-            }
+            Self::Spline | Self::Extrusion { .. } | Self::Revolution { .. } => Err(Error::Invalid(
+                "a surface that is a spline, extruded or turned is no elementary one: take it as it is"
+                    .into(),
+            )),
             Self::Plane { frame } => plane(&frame, points),
             Self::Cylinder { frame, radius } => {
                 let [low, high] = padded(range(points, frame.origin, frame.z)?, radius);
@@ -120,7 +121,7 @@ mod tests {
             ((d - f.z * h).norm(), h, d.norm())
         };
         match form {
-            SurfaceForm::Spline => f64::NAN,
+            SurfaceForm::Spline | SurfaceForm::Extrusion { .. } | SurfaceForm::Revolution { .. } => f64::NAN,
             SurfaceForm::Plane { frame } => parts(frame).1.abs(),
             SurfaceForm::Cylinder { frame, radius } => (parts(frame).0 - radius).abs(),
             SurfaceForm::Cone { frame, radius, angle } => {

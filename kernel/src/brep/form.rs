@@ -82,6 +82,20 @@ pub enum CurveForm {
         /// The half diameters.
         radii: [f64; 2],
     },
+    /// The parabola `origin + f t² x + 2 f t y`.
+    Parabola {
+        /// Its vertex, its axis `x` and its plane.
+        frame: Frame,
+        /// The focal length `f`.
+        focal: f64,
+    },
+    /// The branch `origin + a cosh t x + b sinh t y` of a hyperbola.
+    Hyperbola {
+        /// Its centre, its axis `x` and its plane.
+        frame: Frame,
+        /// The half diameters `a` and `b`.
+        radii: [f64; 2],
+    },
 }
 
 /// Which set of points the spline of a face is a part of, as [`CurveForm`].
@@ -127,6 +141,20 @@ pub enum SurfaceForm {
         /// The radius of the tube.
         minor: f64,
     },
+    /// A curve along a vector: `u` runs along the curve, `v` along the vector.
+    Extrusion {
+        /// The vector.
+        along: Vector,
+        /// What the curve is beside a spline, at any place along the vector. Of one that is no more the surface has it, where `v` stands still.
+        profile: CurveForm,
+    },
+    /// A curve turned about an axis: `u` runs around, `v` along the curve.
+    Revolution {
+        /// The axis `z` through its origin; `x` matters not.
+        frame: Frame,
+        /// What the curve where `u` starts is beside a spline.
+        profile: CurveForm,
+    },
 }
 
 impl Frame {
@@ -165,7 +193,10 @@ impl CurveForm {
         match self {
             Self::Spline | Self::Line => Ok(()),
             Self::Circle { frame, radius } => frame.check().and_then(|()| sizes([*radius])),
-            Self::Ellipse { frame, radii } => frame.check().and_then(|()| sizes(*radii)),
+            Self::Ellipse { frame, radii } | Self::Hyperbola { frame, radii } => {
+                frame.check().and_then(|()| sizes(*radii))
+            }
+            Self::Parabola { frame, focal } => frame.check().and_then(|()| sizes([*focal])),
         }
     }
 }
@@ -180,6 +211,16 @@ impl SurfaceForm {
                 frame.check().and_then(|()| sizes([*radius]))
             }
             Self::Torus { frame, major, minor } => frame.check().and_then(|()| sizes([*major, *minor])),
+            Self::Revolution { frame, profile } => frame.check().and_then(|()| profile.check()),
+            Self::Extrusion { along, profile } => {
+                if direction(along).is_none() {
+                    let along = along.as_slice();
+                    return Err(Error::Invalid(format!(
+                        "an extrusion along {along:?}: the vector has no direction"
+                    )));
+                }
+                profile.check()
+            }
             Self::Cone { frame, radius, angle } => {
                 frame.check()?;
                 if *radius >= 0.0 && radius.is_finite() && *angle > 0.0 && *angle < FRAC_PI_2 {
@@ -233,6 +274,12 @@ impl CurveForm {
                 Self::Ellipse { frame, radii } => {
                     Self::Ellipse { frame: map.frame(frame)?, radii: radii.map(|r| r * map.scale) }
                 }
+                Self::Parabola { frame, focal } => {
+                    Self::Parabola { frame: map.frame(frame)?, focal: focal * map.scale }
+                }
+                Self::Hyperbola { frame, radii } => {
+                    Self::Hyperbola { frame: map.frame(frame)?, radii: radii.map(|r| r * map.scale) }
+                }
             })
         };
         match self {
@@ -241,24 +288,26 @@ impl CurveForm {
         }
     }
 
-    /// What it is called in documents: `"spline"`, `"line"`, `"circle"`, `"ellipse"`.
+    /// What it is called in documents: `"spline"`, `"line"`, `"circle"`, `"ellipse"`, `"parabola"`, `"hyperbola"`.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Spline => "spline",
             Self::Line => "line",
             Self::Circle { .. } => "circle",
             Self::Ellipse { .. } => "ellipse",
+            Self::Parabola { .. } => "parabola",
+            Self::Hyperbola { .. } => "hyperbola",
         }
     }
 }
 
 impl SurfaceForm {
     /// The form at a distance along its normal, which points outwards (of a plane along `z`): another of its kind. `None` where nothing of it is left, and
-    /// of a [spline](Self::Spline), whose offset is none ([`Surface::offset`](crate::spline::Surface::offset)).
+    /// of a [spline](Self::Spline) and of swept curves, whose offsets are none ([`Surface::offset`](crate::spline::Surface::offset)).
     pub fn offset(&self, by: f64) -> Option<Self> {
         let positive = |radius: f64| (radius > 0.0).then_some(radius);
         Some(match *self {
-            Self::Spline => return None,
+            Self::Spline | Self::Extrusion { .. } | Self::Revolution { .. } => return None,
             Self::Plane { mut frame } => {
                 frame.origin += frame.z * by;
                 Self::Plane { frame }
@@ -297,12 +346,18 @@ impl SurfaceForm {
                 Self::Torus { frame: f, major, minor } => {
                     Self::Torus { frame: frame(f)?, major: major * by, minor: minor * by }
                 }
+                Self::Extrusion { along, profile } => {
+                    Self::Extrusion { along: map.linear * along, profile: profile.moved(Some(map)) }
+                }
+                Self::Revolution { frame: f, profile } => {
+                    Self::Revolution { frame: frame(f)?, profile: profile.moved(Some(map)) }
+                }
             })
         };
         moved().unwrap_or_default()
     }
 
-    /// What it is called in documents: `"spline"`, `"plane"`, `"cylinder"`, `"cone"`, `"sphere"`, `"torus"`.
+    /// What it is called in documents: `"spline"`, `"plane"`, `"cylinder"`, `"cone"`, `"sphere"`, `"torus"`, `"extrusion"`, `"revolution"`.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Spline => "spline",
@@ -311,6 +366,8 @@ impl SurfaceForm {
             Self::Cone { .. } => "cone",
             Self::Sphere { .. } => "sphere",
             Self::Torus { .. } => "torus",
+            Self::Extrusion { .. } => "extrusion",
+            Self::Revolution { .. } => "revolution",
         }
     }
 }

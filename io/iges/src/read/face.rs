@@ -1,7 +1,7 @@
 //! A face by itself: its edges are the curves around it.
 
 use loftsman_kernel::brep::{Brep, Edge, Face, Parts, Use, Vertex};
-use loftsman_kernel::spline::Surface;
+use loftsman_kernel::spline::{Curve, Surface};
 use loftsman_kernel::{Point, Vector};
 
 use super::curve::Run;
@@ -76,17 +76,21 @@ impl<'a, 'r, 'f> OneFace<'a, 'r, 'f> {
         let from = self.parts.edges.len();
         for (k, run) in runs.iter().enumerate() {
             let ends = [corners[k], corners[(k + 1) % corners.len()]];
-            let middle = middle(run).at(place)?;
+            let places = quarters(&run.curve, run.curve.domain()).at(place)?;
             let known = (runs.len() <= SEAMS).then(|| {
                 (from..self.parts.edges.len()).find(|&edge| {
                     let edge = &self.parts.edges[edge];
-                    let (a, b) = edge.range;
-                    edge.ends == [ends[1], ends[0]]
-                        && edge.ends[0] != edge.ends[1]
-                        && edge
-                            .curve
-                            .point(0.5 * (a + b))
-                            .is_ok_and(|p| nalgebra::distance(&p, &middle) <= near)
+                    // Of those that close only places between tell which way they run.
+                    let run_back = |found: [Point; 3]| {
+                        let pairs = found.iter().rev().zip(&places);
+                        let mut apart = pairs.map(|(a, b)| nalgebra::distance(a, b));
+                        if ends[0] == ends[1] {
+                            apart.all(|d| d <= near)
+                        } else {
+                            apart.nth(1).is_some_and(|d| d <= near)
+                        }
+                    };
+                    edge.ends == [ends[1], ends[0]] && quarters(&edge.curve, edge.range).is_ok_and(run_back)
                 })
             });
             if let Some(edge) = known.flatten() {
@@ -185,9 +189,9 @@ impl<'a, 'r, 'f> OneFace<'a, 'r, 'f> {
     }
 }
 
-fn middle(run: &Run) -> loftsman_kernel::Result<Point> {
-    let (a, b) = run.curve.domain();
-    run.curve.point(0.5 * (a + b))
+/// The points at a quarter, the half and three quarters of a part of a curve.
+fn quarters(curve: &Curve, (a, b): (f64, f64)) -> loftsman_kernel::Result<[Point; 3]> {
+    Ok([curve.point(a + 0.25 * (b - a))?, curve.point(0.5 * (a + b))?, curve.point(a + 0.75 * (b - a))?])
 }
 
 /// Whether two opposite borders of a surface are one.

@@ -164,7 +164,10 @@ impl Reader<'_, '_> {
                     SurfaceForm::Cylinder { frame, .. }
                     | SurfaceForm::Sphere { frame, .. }
                     | SurfaceForm::Torus { frame, .. } => frame.x,
-                    SurfaceForm::Spline => toward,
+                    // No sheet is one of these.
+                    SurfaceForm::Spline | SurfaceForm::Extrusion { .. } | SurfaceForm::Revolution { .. } => {
+                        toward
+                    }
                 };
                 let form = form.offset(to_side(outwards));
                 let none = || Problem::new(place, "an offset by which nothing of the surface is left");
@@ -341,7 +344,9 @@ impl Sheet {
 /// A form under a map that keeps angles and lengths.
 fn moved_form(form: SurfaceForm, map: &Matrix4<f64>) -> Option<SurfaceForm> {
     Some(match form {
-        SurfaceForm::Spline => SurfaceForm::Spline,
+        SurfaceForm::Spline | SurfaceForm::Extrusion { .. } | SurfaceForm::Revolution { .. } => {
+            SurfaceForm::Spline
+        }
         SurfaceForm::Plane { frame } => {
             let z = linear(map, &frame.z);
             let moved = moved_frame(&frame, map)?;

@@ -188,7 +188,9 @@ fn same_side(surface: &Surface, form: &SurfaceForm) -> Result<Option<bool>> {
         let normal = surface.derivative(u, v, 1, 0)?.cross(&surface.derivative(u, v, 0, 1)?);
         let p = surface.point(u, v)?;
         let outwards = match form {
-            SurfaceForm::Spline => return Ok(None),
+            SurfaceForm::Spline | SurfaceForm::Extrusion { .. } | SurfaceForm::Revolution { .. } => {
+                return Ok(None);
+            }
             SurfaceForm::Plane { frame } => frame.z,
             SurfaceForm::Sphere { frame, .. } => p - frame.origin,
             SurfaceForm::Cylinder { frame, .. } | SurfaceForm::Cone { frame, .. } => across(frame, p),

@@ -300,8 +300,9 @@ impl<'de> Table<'de> for SolidTable {
     }
 }
 
-const CURVES: &str = "\"spline\", \"line\", \"circle\", \"ellipse\"";
-const SURFACES: &str = "\"spline\", \"plane\", \"cylinder\", \"cone\", \"sphere\", \"torus\"";
+const CURVES: &str = "\"spline\", \"line\", \"circle\", \"ellipse\", \"parabola\", \"hyperbola\"";
+const SURFACES: &str =
+    "\"spline\", \"plane\", \"cylinder\", \"cone\", \"sphere\", \"torus\", \"extrusion\", \"revolution\"";
 
 /// What a curve or a surface is beside a spline.
 enum Form {
@@ -321,13 +322,17 @@ struct FormTable {
     angle: Option<f64>,
     major: Option<f64>,
     minor: Option<f64>,
+    focal: Option<f64>,
+    along: Option<Vector>,
+    profile: Option<Box<Form>>,
 }
 
 impl<'de> Table<'de> for FormTable {
     type Out = Form;
     const WHAT: &'static str = "a form";
-    const FIELDS: &'static [&'static str] =
-        &["kind", "origin", "x", "z", "radius", "radii", "angle", "major", "minor"];
+    const FIELDS: &'static [&'static str] = &[
+        "kind", "origin", "x", "z", "radius", "radii", "angle", "major", "minor", "focal", "along", "profile",
+    ];
 
     fn field<A: MapAccess<'de>>(
         &mut self,
@@ -345,6 +350,12 @@ impl<'de> Table<'de> for FormTable {
             "radius" => self.radius = Some(map.next_value_seed(Number)?),
             "angle" => self.angle = Some(map.next_value_seed(Number)?),
             "major" => self.major = Some(map.next_value_seed(Number)?),
+            "focal" => self.focal = Some(map.next_value_seed(Number)?),
+            "along" => self.along = Some(Vector::from(map.next_value_seed(direction)?)),
+            "profile" => {
+                let table = FormTable::default();
+                self.profile = Some(Box::new(map.next_value_seed(TableSeed { trail, table })?));
+            }
             _ => self.minor = Some(map.next_value_seed(Number)?),
         }
         Ok(())
@@ -360,6 +371,14 @@ impl<'de> Table<'de> for FormTable {
         };
         let length = |value: Option<f64>, name: &str| need::<Self, _, E>(value, name, trail);
         let kind = need::<Self, _, E>(self.kind.as_deref(), "kind", trail)?;
+        let profile = || match self.profile.as_deref() {
+            None => Ok(CurveForm::Spline),
+            Some(Form::Curve(form)) => Ok(*form),
+            Some(Form::Surface(form)) => {
+                let problem = format!("\"{}\" is no kind of curve; known are {CURVES}", form.name());
+                Err(trail.refuse_table("profile.kind", problem))
+            }
+        };
         Ok(match kind {
             "line" => Form::Curve(CurveForm::Line),
             "circle" => {
@@ -369,6 +388,18 @@ impl<'de> Table<'de> for FormTable {
                 let radii = need::<Self, _, E>(self.radii, "radii", trail)?;
                 Form::Curve(CurveForm::Ellipse { frame: frame()?, radii })
             }
+            "parabola" => {
+                Form::Curve(CurveForm::Parabola { frame: frame()?, focal: length(self.focal, "focal")? })
+            }
+            "hyperbola" => {
+                let radii = need::<Self, _, E>(self.radii, "radii", trail)?;
+                Form::Curve(CurveForm::Hyperbola { frame: frame()?, radii })
+            }
+            "extrusion" => {
+                let along = need::<Self, _, E>(self.along, "along", trail)?;
+                Form::Surface(SurfaceForm::Extrusion { along, profile: profile()? })
+            }
+            "revolution" => Form::Surface(SurfaceForm::Revolution { frame: frame()?, profile: profile()? }),
             "plane" => Form::Surface(SurfaceForm::Plane { frame: frame()? }),
             "cylinder" => {
                 let radius = length(self.radius, "radius")?;
@@ -387,7 +418,20 @@ impl<'de> Table<'de> for FormTable {
                 Form::Surface(SurfaceForm::Torus { frame: frame()?, major, minor })
             }
             other => {
-                let names = ["line", "circle", "ellipse", "plane", "cylinder", "cone", "sphere", "torus"];
+                let names = [
+                    "line",
+                    "circle",
+                    "ellipse",
+                    "parabola",
+                    "hyperbola",
+                    "plane",
+                    "cylinder",
+                    "cone",
+                    "sphere",
+                    "torus",
+                    "extrusion",
+                    "revolution",
+                ];
                 let hint = hint(other, names.iter().copied(), || {
                     "leave the form out of what is a spline only".to_owned()
                 });

@@ -135,18 +135,25 @@ fn tolerance(tolerance: f64, out: &mut Layout<'_>) -> io::Result<()> {
 }
 
 fn curve_form(form: &CurveForm, out: &mut Layout<'_>) -> io::Result<()> {
-    match form {
-        CurveForm::Spline => Ok(()),
-        CurveForm::Line => form_table(form.name(), None, &[], out),
-        CurveForm::Circle { frame, radius } => {
-            form_table(form.name(), Some(frame), &[("radius", *radius)], out)
+    curve_form_as("form", form, out)
+}
+
+/// Under a key; nothing of a spline.
+fn curve_form_as(key: &str, form: &CurveForm, out: &mut Layout<'_>) -> io::Result<()> {
+    let (frame, sizes): (Option<&Frame>, &[(&str, f64)]) = match form {
+        CurveForm::Spline => return Ok(()),
+        CurveForm::Line => (None, &[]),
+        CurveForm::Circle { frame, radius } => (Some(frame), &[("radius", *radius)]),
+        CurveForm::Parabola { frame, focal } => (Some(frame), &[("focal", *focal)]),
+        CurveForm::Ellipse { frame, radii } | CurveForm::Hyperbola { frame, radii } => {
+            return table(key, out, |out| {
+                place(form.name(), Some(frame), out)?;
+                out.key("radii")?;
+                out.row(radii)
+            });
         }
-        CurveForm::Ellipse { frame, radii } => table("form", out, |out| {
-            place(form.name(), Some(frame), out)?;
-            out.key("radii")?;
-            out.row(radii)
-        }),
-    }
+    };
+    form_table(key, form.name(), frame, sizes, out)
 }
 
 fn surface_form(form: &SurfaceForm, out: &mut Layout<'_>) -> io::Result<()> {
@@ -158,17 +165,32 @@ fn surface_form(form: &SurfaceForm, out: &mut Layout<'_>) -> io::Result<()> {
         }
         SurfaceForm::Cone { frame, radius, angle } => (frame, &[("radius", *radius), ("angle", *angle)]),
         SurfaceForm::Torus { frame, major, minor } => (frame, &[("major", *major), ("minor", *minor)]),
+        SurfaceForm::Extrusion { along, profile } => {
+            return table("form", out, |out| {
+                place(form.name(), None, out)?;
+                out.key("along")?;
+                out.row(along.as_slice())?;
+                curve_form_as("profile", profile, out)
+            });
+        }
+        SurfaceForm::Revolution { frame, profile } => {
+            return table("form", out, |out| {
+                place(form.name(), Some(frame), out)?;
+                curve_form_as("profile", profile, out)
+            });
+        }
     };
-    form_table(form.name(), Some(frame), sizes, out)
+    form_table("form", form.name(), Some(frame), sizes, out)
 }
 
 fn form_table(
+    key: &str,
     kind: &str,
     frame: Option<&Frame>,
     sizes: &[(&str, f64)],
     out: &mut Layout<'_>,
 ) -> io::Result<()> {
-    table("form", out, |out| {
+    table(key, out, |out| {
         place(kind, frame, out)?;
         for (name, size) in sizes {
             out.key(name)?;

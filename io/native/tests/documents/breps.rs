@@ -107,6 +107,40 @@ fn every_field_of_a_brep_comes_back() {
     }
 }
 
+/// Every form that edges and faces may have comes back to the last bit, with the form of what is swept.
+#[test]
+fn forms_of_every_kind_come_back() {
+    let frame = Frame::new(Point::new(0.1, -2.0, 1e-9), Vector::new(1.0, 2.0, 0.3), Vector::x()).unwrap();
+    let curves = [
+        CurveForm::Spline,
+        CurveForm::Line,
+        CurveForm::Circle { frame, radius: 1.0 / 3.0 },
+        CurveForm::Ellipse { frame, radii: [3.0, 0.1] },
+        CurveForm::Parabola { frame, focal: 1e-7 },
+        CurveForm::Hyperbola { frame, radii: [1e9, 0.7] },
+    ];
+    let mut surfaces = vec![
+        SurfaceForm::Spline,
+        SurfaceForm::Plane { frame },
+        SurfaceForm::Cylinder { frame, radius: 0.3 },
+        SurfaceForm::Cone { frame, radius: 0.0, angle: 0.3 },
+        SurfaceForm::Sphere { frame, radius: 0.3 },
+        SurfaceForm::Torus { frame, major: 0.3, minor: 0.7 },
+    ];
+    for profile in curves {
+        surfaces.push(SurfaceForm::Extrusion { along: Vector::new(0.1, -0.2, 1e-8), profile });
+        surfaces.push(SurfaceForm::Revolution { frame, profile });
+    }
+    let block = Brep::block(Point::origin(), Point::new(1.0, 2.0, 3.0)).unwrap();
+    for (k, &form) in surfaces.iter().enumerate() {
+        let mut parts = block.parts();
+        parts.faces[k % 6].form = form;
+        parts.edges[k % 12].form = curves[k % curves.len()];
+        let scene = scene(Brep::new(parts).unwrap());
+        assert_eq!(bits(&read(write(&scene)).unwrap().0), bits(&scene), "{form:?}");
+    }
+}
+
 #[test]
 fn nothing_is_a_brep_too() {
     let empty = scene(Brep::new(Parts::default()).unwrap());
@@ -176,6 +210,11 @@ fn parts_that_cannot_be_say_which() {
     says(&form(r#""radius": 1"#), &["edges[0].form", "\"kind\""]);
     says(&form(r#""kind": "circel""#), &["edges[0].form.kind", "did you mean \"circle\"?"]);
     says(&form(r#""kind": "circle", "radius": 1"#), &["edges[0].form", "\"origin\""]);
+    says(&form(r#""kind": "extrusion", "along": [0, 0, 1]"#), &["edges[0].form.kind", "no kind of curve"]);
+    says(&form(r#""kind": "extrusion""#), &["edges[0].form", "\"along\""]);
+    let nested =
+        r#""kind": "extrusion", "along": [0, 0, 1], "profile": { "kind": "extrusion", "along": [0, 0, 1] }"#;
+    says(&form(nested), &["edges[0].form.profile.kind", "no kind of curve"]);
     let at = r#""origin": [0, 0, 0], "x": [1, 0, 0], "z": [0, 0, 1]"#;
     says(
         &form(&format!(r#""kind": "sphere", {at}, "radius": 1"#)),

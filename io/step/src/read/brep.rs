@@ -13,6 +13,9 @@ use super::spline::{SURFACES, is_one};
 use super::style::Styles;
 use super::surface::Sheet;
 
+/// What is said of what names something that is left out.
+const LEFT_OUT: &str = " in it is left out";
+
 /// What is made of one solid or surface model.
 pub(crate) struct Model {
     pub(crate) brep: Brep,
@@ -222,7 +225,7 @@ impl<'r, 'f> Builder<'r, 'f> {
                         }
                         Err(problem) => {
                             if problem.number != number {
-                                let text = format!("#{} in it is left out", problem.number);
+                                let text = format!("#{}{LEFT_OUT}", problem.number);
                                 self.problems.push(Problem::new(number, text));
                             }
                             self.problems.push(problem);
@@ -291,7 +294,7 @@ impl<'r, 'f> Builder<'r, 'f> {
             (self.space.sheet(at, 0)?, at, args.flag(3)?)
         };
         self.notes.extend(sheet.told(at));
-        let ends = matches!(sheet, Sheet::Spline(_) | Sheet::Near(..));
+        let ends = matches!(sheet, Sheet::Spline(_) | Sheet::Near(..) | Sheet::Turned(..));
         let points = if ends { Vec::new() } else { self.points_of(&loops, &lone).at(number)? };
         // Parameters are those of the file.
         let of = self.space.entity(at).ok();
@@ -335,7 +338,16 @@ impl<'r, 'f> Builder<'r, 'f> {
                 lone.push(self.vertex(args.reference(1)?)?);
                 Ok(Vec::new())
             }
-            b"EDGE_LOOP" => args.references(1)?.into_iter().map(|one| self.oriented(one)).collect(),
+            b"EDGE_LOOP" => {
+                let edges = args.references(1)?;
+                if edges.is_empty() {
+                    return Err(Problem::new(
+                        number,
+                        "a loop without edges bounds nothing: name its edges, or leave the bound out",
+                    ));
+                }
+                edges.into_iter().map(|one| self.oriented(one)).collect()
+            }
             b"POLY_LOOP" => {
                 let points = args.references(1)?;
                 let corners: Vec<usize> =
@@ -499,7 +511,9 @@ impl<'r, 'f> Builder<'r, 'f> {
 
     fn finish(mut self, number: u64) -> Got<Model> {
         if self.parts.faces.is_empty() {
-            let first = self.problems.first().map(|p| format!(": #{}: {}", p.number, p.text));
+            // The cause, not that what names it goes with it.
+            let cause = self.problems.iter().find(|p| !p.text.ends_with(LEFT_OUT));
+            let first = cause.map(|p| format!(": #{}: {}", p.number, p.text));
             let text = format!("nothing of it is left{}", first.unwrap_or_default());
             return Err(Problem::new(number, text));
         }

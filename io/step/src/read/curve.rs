@@ -235,8 +235,18 @@ impl Basis {
         })
     }
 
+    /// The plane of a conic.
+    pub(crate) fn frame(&self) -> Option<&Frame> {
+        match self {
+            Self::Ellipse { frame, .. } | Self::Parabola { frame, .. } | Self::Hyperbola { frame, .. } => {
+                Some(frame)
+            }
+            _ => None,
+        }
+    }
+
     /// The point at a parameter.
-    fn point(&self, t: f64) -> loftsman_kernel::Result<Point> {
+    pub(crate) fn point(&self, t: f64) -> loftsman_kernel::Result<Point> {
         Ok(match self {
             Self::Line { origin, vector } => origin + vector * t,
             Self::Ellipse { frame, radii, .. } => {
@@ -279,7 +289,7 @@ impl Basis {
     }
 
     /// What it is beside a spline, where an edge runs along it or against it.
-    fn form(&self, along: bool) -> CurveForm {
+    pub(crate) fn form(&self, along: bool) -> CurveForm {
         let turned = |frame: &Frame| if along { *frame } else { Frame { z: -frame.z, ..*frame } };
         match self {
             Self::Line { .. } => CurveForm::Line,
@@ -287,7 +297,9 @@ impl Basis {
                 CurveForm::Circle { frame: turned(frame), radius: radii[0] }
             }
             Self::Ellipse { frame, radii, .. } => CurveForm::Ellipse { frame: turned(frame), radii: *radii },
-            _ => CurveForm::Spline,
+            Self::Parabola { frame, focal } => CurveForm::Parabola { frame: *frame, focal: *focal },
+            Self::Hyperbola { frame, radii } => CurveForm::Hyperbola { frame: *frame, radii: *radii },
+            Self::Spline(_) => CurveForm::Spline,
         }
     }
 }
@@ -361,7 +373,7 @@ impl Basis {
                 let (from, to) = if along { (a, b) } else { (b, a) };
                 let curve = self.piece(from, to, number)?;
                 let range = curve.domain();
-                Ok(OnCurve { curve, range, reversed: !along, form: CurveForm::Spline })
+                Ok(OnCurve { curve, range, reversed: !along, form: self.form(true) })
             }
             Self::Spline(curve) => {
                 let [first, last] = if along { [start, end] } else { [end, start] };

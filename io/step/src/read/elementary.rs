@@ -16,7 +16,9 @@ pub(crate) fn rectangle(form: &SurfaceForm, [u, v]: [Option<[f64; 2]>; 2]) -> Re
         Curve::line(at(low), at(high))?.reparametrise(low, high)
     };
     match *form {
-        SurfaceForm::Spline => Err(unbounded()),
+        SurfaceForm::Spline | SurfaceForm::Extrusion { .. } | SurfaceForm::Revolution { .. } => {
+            Err(unbounded())
+        }
         SurfaceForm::Plane { frame } => {
             let ([a, b], [c, d]) = (u.ok_or_else(unbounded)?, v.ok_or_else(unbounded)?);
             let at = |x: f64, y: f64| frame.origin + frame.x * x + frame.y() * y;

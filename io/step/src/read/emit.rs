@@ -169,7 +169,7 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
                 // Without units numbers are what they are; what is wrong with the context is said.
                 Err(problem) => {
                     self.account.problems(vec![problem]);
-                    self.contexts.silent = true;
+                    self.contexts.miss(number);
                     super::place::Units::default()
                 }
             };

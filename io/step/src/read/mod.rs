@@ -14,6 +14,7 @@ mod report;
 mod spline;
 mod style;
 mod surface;
+mod swept;
 mod units;
 
 use loftsman_kernel::plugin::{Confidence, FormatError, Place, ReadOptions, ReadReport, Source};

@@ -2,15 +2,17 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use loftsman_kernel::brep::{Frame, SurfaceForm};
+use loftsman_kernel::brep::{CurveForm, Frame, SurfaceForm};
 use loftsman_kernel::spline::{Curve, Direction, Surface};
 use loftsman_kernel::{Point, Vector};
+use nalgebra::{Rotation3, Unit};
 
 use super::curve::Basis;
 use super::elementary::rectangle;
 use super::entity::{At, Got, Problem, deeper};
 use super::place::Space;
 use super::spline::{SURFACES, is_one};
+use super::swept::{extruded, open_extrusion, open_revolution};
 
 /// How far splines may be from the offsets that they stand for, as a part of their size.
 const NEAR: f64 = 1e-7;
@@ -23,10 +25,14 @@ pub(crate) enum Sheet {
     Spline(Surface),
     /// A spline near to what the file has, which is none, and how far it was found to be off.
     Near(Surface, f64),
+    /// A curve with ends that is turned all around.
+    Turned(Surface, SurfaceForm),
     /// A curve along a vector, without end.
-    Extrusion { curve: Curve, along: Vector },
-    /// A straight line about an axis, without end.
-    Revolution { origin: Point, vector: Vector, axis: (Point, Vector) },
+    Extrusion { curve: Curve, profile: CurveForm, along: Vector },
+    /// A conic without ends along a vector, without end.
+    OpenExtrusion { basis: Basis, along: Vector },
+    /// A line or a conic without ends about an axis.
+    OpenRevolution { basis: Basis, axis: (Point, Vector) },
 }
 
 /// A surface of a face.
@@ -79,7 +85,7 @@ impl Space<'_, '_> {
                             }
                         }
                     }
-                    Sheet::Spline(surface) => {
+                    Sheet::Spline(surface) | Sheet::Turned(surface, _) => {
                         let (surface, error) = surface.offset(distance, NEAR).at(number)?;
                         Ok(Sheet::Near(surface, error))
                     }
@@ -125,15 +131,24 @@ impl Space<'_, '_> {
                 let turned = along.dot(&frame.z) < 0.0;
                 Ok(Sheet::Elementary(SurfaceForm::Cylinder { frame, radius: radii[0] }, turned))
             }
-            _ => Ok(Sheet::Extrusion { curve: self.bounded(curve, depth)?, along }),
+            Basis::Parabola { .. } | Basis::Hyperbola { .. } if !self.has_ends(curve, depth)? => {
+                Ok(Sheet::OpenExtrusion { basis, along })
+            }
+            basis => {
+                Ok(Sheet::Extrusion { curve: self.bounded(curve, depth)?, profile: basis.form(true), along })
+            }
         }
     }
 
     fn revolution(&self, curve: u64, axis: (Point, Vector), number: u64, depth: usize) -> Got<Sheet> {
         let (basis, _) = self.basis(curve, depth)?;
         let (origin, direction) = axis;
+        let form = turned(basis.form(true), axis);
         let profile = match basis {
-            Basis::Line { origin, vector } => return Ok(Sheet::Revolution { origin, vector, axis }),
+            Basis::Line { .. } => return Ok(Sheet::OpenRevolution { basis, axis }),
+            Basis::Parabola { .. } | Basis::Hyperbola { .. } if !self.has_ends(curve, depth)? => {
+                return Ok(Sheet::OpenRevolution { basis, axis });
+            }
             // A circle about a point of the axis would go over its sphere twice: one half is enough.
             Basis::Ellipse { ref frame, radii, circle: true }
                 if super::entity::kind(self.file, curve) == b"CIRCLE" && {
@@ -146,7 +161,27 @@ impl Space<'_, '_> {
             }
             _ => self.bounded(curve, depth)?,
         };
-        Surface::revolution(&profile, origin, direction, TAU).map(Sheet::Spline).at(number)
+        Surface::revolution(&profile, origin, direction, TAU)
+            .map(|surface| Sheet::Turned(surface, form))
+            .at(number)
+    }
+
+    /// Angles of the file from the first to the second, no more than all around.
+    fn around(&self, [a, b]: [f64; 2]) -> [f64; 2] {
+        let (a, b) = (a * self.units.angle, b * self.units.angle);
+        if b > a { [a, b.min(a + TAU)] } else { [a, b + TAU] }
+    }
+
+    /// Whether a curve is a piece of what it is on, looked at through what is on surfaces.
+    fn has_ends(&self, curve: u64, depth: usize) -> Got<bool> {
+        let depth = deeper(curve, depth)?;
+        let entity = self.entity(curve)?;
+        Ok(match entity.only() {
+            b"SURFACE_CURVE" | b"SEAM_CURVE" | b"INTERSECTION_CURVE" => {
+                self.has_ends(entity.args().reference(1)?, depth)?
+            }
+            kind => kind == b"TRIMMED_CURVE",
+        })
     }
 
     fn trimmed_sheet(
@@ -159,16 +194,13 @@ impl Space<'_, '_> {
         let ordered = |(a, b): (f64, f64), sense: bool| if sense { [a, b] } else { [b, a] };
         let ([a, b], [c, d]) = (ordered(u, u_sense), ordered(v, v_sense));
         let surface = match basis {
-            Sheet::Spline(surface) | Sheet::Near(surface, _) => surface
+            Sheet::Spline(surface) | Sheet::Near(surface, _) | Sheet::Turned(surface, _) => surface
                 .between(Direction::U, a, b)
                 .and_then(|part| part.between(Direction::V, c, d))
                 .at(number)?,
             Sheet::Elementary(form, _) => {
                 let angle = self.units.angle;
-                let around = |[a, b]: [f64; 2]| {
-                    let (a, b) = (a * angle, b * angle);
-                    if b > a { [a, b.min(a + TAU)] } else { [a, b + TAU] }
-                };
+                let around = |ends| self.around(ends);
                 let straight = |[a, b]: [f64; 2]| [self.length(a), self.length(b)];
                 let (u, v) = match form {
                     SurfaceForm::Plane { .. } => (straight([a, b]), straight([c, d])),
@@ -180,15 +212,21 @@ impl Space<'_, '_> {
                 };
                 rectangle(form, [Some(u), Some(v)]).at(number)?
             }
-            Sheet::Extrusion { curve, along } => {
+            Sheet::Extrusion { curve, along, .. } => {
                 let part = curve.between(a, b).at(number)?;
                 extruded(&part, *along, [c, d]).at(number)?
             }
-            Sheet::Revolution { .. } => {
-                return Err(Problem::new(
-                    number,
-                    "a rectangle of a straight line that is turned is not read",
-                ));
+            Sheet::OpenExtrusion { basis, along } => {
+                extruded(&basis.piece(a, b, number)?, *along, [c, d]).at(number)?
+            }
+            Sheet::OpenRevolution { basis, axis: (base, direction) } => {
+                let [from, to] = self.around([a, b]);
+                let turn = Rotation3::from_axis_angle(&Unit::new_unchecked(*direction), from);
+                let (space, points, weights) = basis.piece(c, d, number)?.into_parts();
+                let points = points.iter().map(|p| base + turn * (p - base)).collect();
+                Curve::build(space, points, weights)
+                    .and_then(|start| Surface::revolution(&start, *base, *direction, to - from))
+                    .at(number)?
             }
         };
         let turn = |surface: Surface, direction, sense: bool| {
@@ -202,24 +240,25 @@ impl Space<'_, '_> {
     }
 }
 
-/// A curve along a vector, `v` the multiple of it.
-fn extruded(curve: &Curve, along: Vector, [from, to]: [f64; 2]) -> loftsman_kernel::Result<Surface> {
-    let (space, points, weights) = curve.clone().into_parts();
-    let start = Curve::build(space, points.iter().map(|p| p + along * from).collect(), weights)?;
-    Surface::extrusion(&start, along * (to - from))?.reparametrise(Direction::V, from, to)
+/// What a curve of a form is that is turned about an axis.
+fn turned(profile: CurveForm, (origin, direction): (Point, Vector)) -> SurfaceForm {
+    let frame = Frame::new(origin, direction, Vector::zeros());
+    frame.map_or(SurfaceForm::Spline, |frame| SurfaceForm::Revolution { frame, profile })
 }
 
 impl Sheet {
     /// The surface as a spline that holds these points; as a whole where it has ends.
     pub(crate) fn covering(&self, points: &[Point], number: u64) -> Got<Covering> {
         let spline = |surface: Surface| Covering { surface, form: SurfaceForm::Spline, reversed: false };
+        let swept = |surface: Surface, form: SurfaceForm| Covering { surface, form, reversed: false };
         match self {
             Self::Elementary(form, reversed) => {
                 let surface = form.covering(points).at(number)?;
                 Ok(Covering { surface, form: *form, reversed: *reversed })
             }
             Self::Spline(surface) | Self::Near(surface, _) => Ok(spline(surface.clone())),
-            Self::Extrusion { curve, along } => {
+            Self::Turned(surface, form) => Ok(swept(surface.clone(), *form)),
+            Self::Extrusion { curve, profile, along } => {
                 let unit = along / along.norm_squared();
                 let range = |points: &[Point]| {
                     let heights = points.iter().map(|p| p.coords.dot(&unit));
@@ -234,11 +273,14 @@ impl Sheet {
                     return Err(Problem::new(number, "no points say how far the curve goes along"));
                 }
                 let surface = extruded(curve, *along, [ends[0] - margin, ends[1] + margin]).at(number)?;
-                Ok(spline(surface))
+                Ok(swept(surface, SurfaceForm::Extrusion { along: *along, profile: *profile }))
             }
-            Self::Revolution { origin, vector, axis } => {
-                let surface = revolved_line(*origin, *vector, *axis, points, number)?;
-                Ok(spline(surface))
+            Self::OpenExtrusion { basis, along } => {
+                let form = SurfaceForm::Extrusion { along: *along, profile: basis.form(true) };
+                Ok(swept(open_extrusion(basis, *along, points, number)?, form))
+            }
+            Self::OpenRevolution { basis, axis } => {
+                Ok(swept(open_revolution(basis, *axis, points, number)?, turned(basis.form(true), *axis)))
             }
         }
     }
@@ -255,69 +297,9 @@ impl Sheet {
     /// The surface where no face says how large it is.
     pub(crate) fn whole(&self, number: u64) -> Got<Surface> {
         match self {
-            Self::Spline(surface) | Self::Near(surface, _) => Ok(surface.clone()),
+            Self::Spline(surface) | Self::Near(surface, _) | Self::Turned(surface, _) => Ok(surface.clone()),
             Self::Elementary(form, _) => rectangle(form, [None, None]).at(number),
             _ => Err(Problem::new(number, "a surface without ends")),
         }
     }
-}
-
-/// A straight line turned about an axis, as long as points on the surface need.
-fn revolved_line(
-    origin: Point,
-    vector: Vector,
-    (base, direction): (Point, Vector),
-    points: &[Point],
-    number: u64,
-) -> Got<Surface> {
-    let split = |p: Point| {
-        let d = p - base;
-        let height = d.dot(&direction);
-        (height, (d - direction * height).norm())
-    };
-    let slope = vector.dot(&direction);
-    let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
-    for &p in points {
-        let (height, radius) = split(p);
-        let t = if slope.abs() > 1e-9 * vector.norm() {
-            (height - split(origin).0) / slope
-        } else {
-            // Across the axis: by how far the point is from it, on the side where the line starts.
-            let across = origin - base - direction * (origin - base).dot(&direction);
-            let (a, b, c) =
-                (vector.norm_squared(), across.dot(&vector), across.norm_squared() - radius * radius);
-            let root = (b * b - a * c).max(0.0).sqrt();
-            let both = [(-b - root) / a, (-b + root) / a];
-            if b >= 0.0 { both[1] } else { both[0] }
-        };
-        ends = [ends[0].min(t), ends[1].max(t)];
-    }
-    let margin = (ends[1] - ends[0]) / 64.0;
-    if !(margin > 0.0 && margin.is_finite()) {
-        return Err(Problem::new(number, "no points say how long the turned line is"));
-    }
-    let at = |t: f64| origin + vector * t;
-    // No further than to the axis, beyond which the surface would be there twice.
-    let ([low, high], crossing) =
-        ([ends[0] - margin, ends[1] + margin], crossing(origin, vector, base, direction));
-    let [low, high] = match crossing {
-        Some(t) if t > low && t <= ends[0] => [t, high],
-        Some(t) if t < high && t >= ends[1] => [low, t],
-        _ => [low, high],
-    };
-    Curve::line(at(low), at(high))
-        .and_then(|profile| Surface::revolution(&profile, base, direction, TAU))
-        .at(number)
-}
-
-/// Where a line comes to an axis, if it does.
-fn crossing(origin: Point, vector: Vector, base: Point, direction: Vector) -> Option<f64> {
-    let across = |v: Vector| v - direction * v.dot(&direction);
-    let (d, v) = (across(origin - base), across(vector));
-    let length = v.norm_squared();
-    if length <= 1e-18 * vector.norm_squared() {
-        return None;
-    }
-    let t = -d.dot(&v) / length;
-    ((d + v * t).norm() <= 1e-9 * (d.norm() + v.norm())).then_some(t)
 }

@@ -31,6 +31,12 @@ pub(crate) struct Contexts {
 }
 
 impl Contexts {
+    /// An entity that should name a unit of length does not.
+    pub(crate) fn miss(&mut self, number: u64) {
+        self.silent = true;
+        self.unsaid.get_or_insert(number);
+    }
+
     /// The units of a context, in the scene's. One that says no unit of length is taken to have the scene's.
     pub(crate) fn units(&mut self, file: &File<'_>, number: u64) -> Got<Units> {
         let context = match self.known.get(&number) {
@@ -42,8 +48,7 @@ impl Contexts {
             }
         };
         if context.metres.is_none() {
-            self.silent = true;
-            self.unsaid.get_or_insert(number);
+            self.miss(number);
         }
         let scale = match (context.metres, self.metres) {
             (Some(own), Some(all)) if own != all => own / all,

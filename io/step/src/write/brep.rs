@@ -153,6 +153,20 @@ impl Printer {
                 let pace = Pace::around(frame, [a, b], points, along, start == end);
                 (self.put(&format!("ELLIPSE('',#{placement},{},{})", real(a), real(b))), along, pace)
             }
+            CurveForm::Parabola { frame, focal } => {
+                let at = |p: Point| (p - frame.origin).dot(&frame.y()) / (2.0 * focal);
+                let (a, b) = (at(points[0]), at(points[1]));
+                let placement = self.frame(&frame);
+                let number = self.put(&format!("PARABOLA('',#{placement},{})", real(focal)));
+                (number, a < b, Pace::even(a, b))
+            }
+            CurveForm::Hyperbola { frame, radii: [x, y] } => {
+                let at = |p: Point| ((p - frame.origin).dot(&frame.y()) / y).asinh();
+                let (a, b) = (at(points[0]), at(points[1]));
+                let placement = self.frame(&frame);
+                let number = self.put(&format!("HYPERBOLA('',#{placement},{},{})", real(x), real(y)));
+                (number, a < b, Pace::hyperbolic(frame, [x, y], [a, b]))
+            }
             _ => {
                 // On a periodic curve the edge may run through the seam.
                 let part =
@@ -201,6 +215,9 @@ impl Printer {
 
     /// A surface as what it is.
     fn sheet(&mut self, surface: Surface, form: &SurfaceForm) -> Result<Sheet> {
+        if let Some((number, same)) = self.swept(&surface, form)? {
+            return Ok(Sheet { number, same, spline: None });
+        }
         let same = same_side(&surface, form)?;
         let written = match (*form, same) {
             (SurfaceForm::Plane { frame }, Some(_)) => {
@@ -251,7 +268,9 @@ fn same_side(surface: &Surface, form: &SurfaceForm) -> Result<Option<bool>> {
         let normal = surface.derivative(u, v, 1, 0)?.cross(&surface.derivative(u, v, 0, 1)?);
         let p = surface.point(u, v)?;
         let outwards = match form {
-            SurfaceForm::Spline => return Ok(None),
+            SurfaceForm::Spline | SurfaceForm::Extrusion { .. } | SurfaceForm::Revolution { .. } => {
+                return Ok(None);
+            }
             SurfaceForm::Plane { frame } => frame.z,
             SurfaceForm::Sphere { frame, .. } => p - frame.origin,
             // A cone's points away from the axis beyond its tip, too.

@@ -8,6 +8,7 @@ mod parameters;
 mod print;
 mod spline;
 mod style;
+mod swept;
 mod trimmed;
 
 use std::collections::HashMap;

@@ -29,14 +29,15 @@ const SAME: f64 = 1e-12;
 pub(super) struct Pace {
     pub(super) from: f64,
     pub(super) to: f64,
-    /// The axes and half diameters of what has angles for parameters.
-    pub(super) round: Option<(Frame, [f64; 2])>,
+    /// The axes and half diameters of what has angles for parameters, or areas as a hyperbola.
+    round: Option<(Frame, [f64; 2])>,
+    hyperbolic: bool,
 }
 
 impl Pace {
     /// Those of a curve that is written over the edge's own parameters, or over parameters that run along with them.
     pub(super) fn even(from: f64, to: f64) -> Self {
-        Self { from, to, round: None }
+        Self { from, to, round: None, hyperbolic: false }
     }
 
     /// Those of an arc from a point to another, or all around.
@@ -54,7 +55,13 @@ impl Pace {
         let (from, rest) = (angle(start), angle(end));
         let turn = if along { (rest - from).rem_euclid(TAU) } else { (from - rest).rem_euclid(TAU) };
         let turn = if closes || turn <= 1e-9 { TAU } else { turn };
-        Self { from, to: if along { from + turn } else { from - turn }, round: Some((frame, radii)) }
+        let to = if along { from + turn } else { from - turn };
+        Self { from, to, round: Some((frame, radii)), hyperbolic: false }
+    }
+
+    /// Those of a piece of a hyperbola.
+    pub(super) fn hyperbolic(frame: Frame, radii: [f64; 2], [from, to]: [f64; 2]) -> Self {
+        Self { from, to, round: Some((frame, radii)), hyperbolic: true }
     }
 
     /// The point of the written curve at a share of the way, of which `own` is the spline.
@@ -64,7 +71,8 @@ impl Pace {
             return own.point(if share >= 1.0 { to } else { from + (to - from) * share });
         };
         let angle = self.from + (self.to - self.from) * share;
-        Ok(frame.origin + frame.x * (a * angle.cos()) + frame.y() * (b * angle.sin()))
+        let (x, y) = if self.hyperbolic { (angle.cosh(), angle.sinh()) } else { (angle.cos(), angle.sin()) };
+        Ok(frame.origin + frame.x * (a * x) + frame.y() * (b * y))
     }
 }
 

@@ -22,8 +22,39 @@ const STILL: f64 = 1e-15;
 const ALMOST_STILL: f64 = 1e-10;
 /// Of a point that is not on the surface, the part of its distance by which another place of the surface may be nearer than the one found.
 const OFF: f64 = 1e-3;
+/// The most pieces of a surface that are looked at for where one edge is on it, about a second's work. On files of CAD programs a place takes some tens, if
+/// it is not found without; on those with one wrong number in them all places of an edge may be about as far from any number of pieces.
+const SEARCHED: usize = 100_000;
+/// So many patches cost as much as one piece before any is looked at.
+const PREPARED: usize = 16;
 /// Points of a surface's own edges that are closer than this, in the frame of the whole, are one.
 const ONE_POINT: f64 = 1e-9;
+
+/// How long places of an edge on a surface may still be searched for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Searches(usize);
+
+impl Default for Searches {
+    fn default() -> Self {
+        Self(SEARCHED)
+    }
+}
+
+impl Searches {
+    /// Whether places are no longer searched for all over the surface.
+    pub(crate) fn are_over(self) -> bool {
+        self.0 == 0
+    }
+
+    /// How many pieces may be looked at: one at least, so that there is a place.
+    fn left(self) -> usize {
+        self.0.max(1)
+    }
+
+    fn spend(&mut self, pieces: usize) {
+        self.0 = self.0.saturating_sub(pieces);
+    }
+}
 
 /// A direction of a surface's parameters.
 #[derive(Debug)]
@@ -340,11 +371,18 @@ impl Carrier {
     }
 
     /// Where a point of space is on the surface, and how far from it (in the frame): from a place nearby, where one is known
-    /// and that leads within `enough`; else from places all over the surface; else the closest of all.
+    /// and that leads within `enough`; else from places all over the surface; else the closest of all, as long as searches may go on. What is
+    /// told is always how far the point is from the place that is told.
     ///
     /// # Errors
     /// When the point is not finite.
-    pub(crate) fn foot(&self, point: &Point, near: Option<[f64; 2]>, enough: f64) -> Result<([f64; 2], f64)> {
+    pub(crate) fn foot(
+        &self,
+        point: &Point,
+        near: Option<[f64; 2]>,
+        enough: f64,
+        searches: &mut Searches,
+    ) -> Result<([f64; 2], f64)> {
         if let Some(found) = self.affine.as_ref().and_then(|plane| plane.foot(&self.framed(point))) {
             return Ok(found);
         }
@@ -363,7 +401,7 @@ impl Carrier {
         };
         if let Some([u, v]) = near {
             let foot = self.surface.foot(*point, (u, v))?;
-            if better(foot.at, foot.distance) {
+            if better(foot.at, foot.distance) || searches.are_over() {
                 return Ok(best.unwrap_or_default());
             }
         }
@@ -377,7 +415,9 @@ impl Carrier {
             }
         }
         // It is further off than it should be: which of the places that are about as near it gets matters no more.
-        let closest = self.surface.nearly_closest(*point, 0.25 * enough * size, OFF)?;
+        let (closest, looked) =
+            self.surface.nearly_closest_of(*point, 0.25 * enough * size, OFF, searches.left())?;
+        searches.spend(looked.max(self.patches.len() / PREPARED));
         better(closest.at, closest.distance);
         Ok(best.unwrap_or_default())
     }

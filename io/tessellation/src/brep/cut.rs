@@ -10,7 +10,7 @@ use loftsman_kernel::plugin::{Chord, Fineness};
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::{Error, Point, Result, Vector};
 
-use super::carrier::Carrier;
+use super::carrier::{Carrier, Searches};
 use crate::curve;
 
 /// The part of the tolerance that chords may take.
@@ -26,6 +26,8 @@ const TURN: f64 = 0.2;
 /// An edge that is further from a face than this, in the frame, is on another surface: what would be made of the face bounds nothing, and could take
 /// any number of chords.
 const FAR: f64 = 0.25;
+/// As far is too far where so much was searched for the places of an edge that no more is.
+const FAR_UNSEARCHED: f64 = 0.01;
 /// The most chords of an edge: a ten-billionth of its bends is less than is ever asked for.
 const MOST: usize = 1 << 17;
 /// Steps to where an edge crosses a line.
@@ -53,6 +55,26 @@ pub(crate) struct Track {
     pub(crate) guide: Option<Guide>,
     /// How far it was found from the face, in the frame, where that is too far: it is on none of its places then.
     pub(crate) lost: Option<f64>,
+    /// How long its places may still be searched for.
+    pub(crate) searches: Searches,
+}
+
+impl Track {
+    /// Of an edge on a face, before it is cut.
+    pub(crate) fn new(face: usize, guide: Option<Guide>) -> Self {
+        Self { face, at: Vec::new(), off: Vec::new(), guide, lost: None, searches: Searches::default() }
+    }
+
+    /// Whether so far off is on another surface.
+    fn is_far(&self, off: f64) -> bool {
+        off > if self.searches.are_over() { FAR_UNSEARCHED } else { FAR }
+    }
+
+    /// It is on none of its places.
+    fn lose(&mut self, off: f64) {
+        self.lost = Some(off);
+        self.at.fill([f64::NAN; 2]);
+    }
 }
 
 /// An edge in the parameters of a face, over its own parameters.
@@ -185,7 +207,7 @@ impl Chain {
     }
 
     fn sample(
-        &self,
+        &mut self,
         t: f64,
         near: Option<&[[f64; 2]]>,
         carriers: &[Option<Carrier>],
@@ -205,8 +227,9 @@ impl Chain {
             Path::Lifted(_) => Point::origin(),
         };
         let (start, end) = self.domain();
+        let (enough, near_line) = (self.enough(goal), self.snap(goal));
         let mut sample = Sample { point, at: Vec::new(), off: Vec::new() };
-        for (k, track) in self.tracks.iter().enumerate() {
+        for (k, track) in self.tracks.iter_mut().enumerate() {
             let carrier = carriers.get(track.face).and_then(Option::as_ref);
             let Some(carrier) = carrier.filter(|_| track.lost.is_none()) else {
                 sample.at.push([f64::NAN; 2]);
@@ -235,8 +258,7 @@ impl Chain {
                         }
                         None => None,
                     };
-                    let enough = self.enough(goal);
-                    carrier.foot(&point, guided.or(known), enough)?
+                    carrier.foot(&point, guided.or(known), enough, &mut track.searches)?
                 }
             };
             let place = match &self.path {
@@ -248,7 +270,7 @@ impl Chain {
             }
             let snap = match &self.path {
                 Path::Lifted(_) => ONE_PLACE,
-                Path::Space { .. } => self.snap(goal),
+                Path::Space { .. } => near_line,
             };
             sample.at.push(carrier.settled(at, &place, snap));
             sample.off.push(off);
@@ -263,9 +285,8 @@ impl Chain {
             let Some(track) = self.tracks.get_mut(k) else { break };
             track.at.insert(index, at);
             track.off.insert(index, off);
-            if off > FAR {
-                track.lost = Some(off);
-                track.at.fill([f64::NAN; 2]);
+            if track.is_far(off) {
+                track.lose(off);
                 continue;
             }
             self.is_off(k, off);
@@ -409,9 +430,8 @@ impl Chain {
                 halfway = Some(self.sample(middle, Some(&self.places(part)), carriers, goal)?);
             }
             let Some(half) = &halfway else { continue };
-            if half.off[k] > FAR {
-                self.tracks[k].lost = Some(half.off[k]);
-                self.tracks[k].at.fill([f64::NAN; 2]);
+            if self.tracks[k].is_far(half.off[k]) {
+                self.tracks[k].lose(half.off[k]);
                 continue;
             }
             let (off, mut m) = (half.off[k], half.at[k]);

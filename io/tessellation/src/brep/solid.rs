@@ -9,7 +9,7 @@ use loftsman_kernel::{Error, Point, Result, Vector, parallel};
 
 use super::arrange::{Layout, Leg, arrange};
 use super::assemble::{Piece, assemble};
-use super::carrier::Carrier;
+use super::carrier::{Carrier, Searches};
 use super::cut::{Chain, Goal, Guide, ONE_PLACE, Path, Track};
 use super::fill::fill;
 use super::plane::{Plane, Trouble};
@@ -22,6 +22,8 @@ const ROUNDS: usize = 12;
 /// No more than so many times the points that edges have, and so many beside, are put on them for that: loops that cross stay crossed.
 const FINER: usize = 4;
 const CHORDS: usize = 20_000;
+/// The part of the tolerance that is told to be worth a try where chords stay in each other's way.
+const FINER_BY: f64 = 0.1;
 /// How often a relative tolerance is measured.
 const ROUNDS_OF_SIZE: usize = 4;
 /// By how much more than its edges a Brep may extend before a relative tolerance is measured again.
@@ -226,7 +228,7 @@ impl<'b> Cut<'b> {
                 let one = &brep.loops(place.face)[place.chain][place.number];
                 let guide = one.parameters.as_ref();
                 let guide = guide.map(|g| Guide { curve: g.curve().clone(), range: g.range() });
-                tracks.push(Track { face: place.face, at: Vec::new(), off: Vec::new(), guide, lost: None });
+                tracks.push(Track::new(place.face, guide));
             }
             let curve = line.part.clone()?;
             let pair = ends(edge);
@@ -314,7 +316,7 @@ impl<'b> Cut<'b> {
         for &vertex in self.brep.lone_vertices(face) {
             let point = self.brep.vertices()[vertex];
             let snap = (self.brep.tolerances()[vertex] / self.goal.size).max(ONE_PLACE);
-            match carrier.foot(&point, None, 2.0 * snap) {
+            match carrier.foot(&point, None, 2.0 * snap, &mut Searches::default()) {
                 Ok((at, off)) if off <= 2.0 * snap => {
                     let mut at = carrier.settled(at, &carrier.framed(&point), 2.0 * snap);
                     for d in 0..2 {
@@ -497,8 +499,9 @@ impl<'b> Cut<'b> {
             let short = loftsman_kernel::text::short;
             format!(" near ({}, {}, {})", short(p.x), short(p.y), short(p.z))
         });
+        let finer = loftsman_kernel::text::short(FINER_BY * self.tolerance);
         Error::Invalid(format!(
-            "its loops cross or touch at edge {}{near}: loops must keep clear of one another and of themselves",
+            "its loops cross or touch at edge {}{near}: loops must keep clear of one another and of themselves; where they only come close, a tolerance of {finer} may part them",
             names.join(", ")
         ))
     }

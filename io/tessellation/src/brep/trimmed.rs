@@ -202,7 +202,7 @@ impl Cut {
         let gap = speeds[0] * lines.gap[0] + speeds[1] * lines.gap[1];
         let carriers = vec![Some(carrier)];
         let made = parallel::map(lines.curves.len(), |k| {
-            let track = Track { face: 0, at: Vec::new(), off: Vec::new(), guide: None, lost: None };
+            let track = Track::new(0, None);
             let [a, b] = lines.ends[k];
             let least = if a == b { 3 } else { 1 };
             Chain::new(Path::Lifted(lines.curves[k].clone()), vec![track], 0.0, least, &carriers, &goal)

@@ -43,7 +43,10 @@ impl Surface {
     }
 
     /// The same, but of so many pieces at most: what it has then, and how many it has looked at. The gap says what may have been missed.
-    pub(crate) fn nearly_closest_of(
+    ///
+    /// # Errors
+    /// As for [`closest`](Self::closest).
+    pub fn nearly_closest_of(
         &self,
         point: Point,
         absolute: f64,

@@ -38,7 +38,8 @@ impl Chain {
                         let point = curve.point(t)?;
                         let inside = [0, 1].map(|e: usize| carrier.sides[e].wrapped(near[e]));
                         let enough = self.enough(goal);
-                        (point, carrier.foot(&point, Some(inside), enough)?.0)
+                        let searches = &mut self.tracks[k].searches;
+                        (point, carrier.foot(&point, Some(inside), enough, searches)?.0)
                     }
                     Path::Lifted(curve) => {
                         let p = curve.point(t)?;
