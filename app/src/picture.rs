@@ -475,6 +475,8 @@ mod tests {
     /// A name that ends in `*` is of all that begin so, unless one is called that.
     #[test]
     fn names_that_begin_alike_are_named_together() {
+        use loftsman_kernel::Point;
+        use loftsman_kernel::mesh::Cloud;
         let mut scene = Scene::new();
         for name in ["rib", "rib.001", "rib.002", "keel", "odd*", "odd one"] {
             scene.add(Object::new(name, Cloud { points: vec![Point::origin()] }.into())).unwrap();
