@@ -158,20 +158,12 @@ impl<B: Met> Answer<'_, B> {
         let mut found = search.found;
         found.sort_by(|x, y| x.distance.total_cmp(&y.distance).then(x.at[0].total_cmp(&y.at[0])));
         'next: for place in found {
-            for run in &search.runs {
+            for run in search.runs.iter().chain(&runs) {
                 if self.on_run(&place.at, run) {
                     continue 'next;
                 }
-                let slack = 1e-3 * (run.to[0] - run.from[0]);
-                if place.at[0] >= run.from[0] - slack && place.at[0] <= run.to[0] + slack {
-                    let end = if (place.at[0] - run.from[0]).abs() < (place.at[0] - run.to[0]).abs() {
-                        &run.from
-                    } else {
-                        &run.to
-                    };
-                    if self.one(&place.at, end, near)? {
-                        continue 'next;
-                    }
+                if self.beside(&place.at, run, near)? {
+                    continue 'next;
                 }
             }
             for other in &mut kept {
@@ -222,7 +214,7 @@ impl<B: Met> Answer<'_, B> {
             }
             answer.meetings.push(meeting);
         }
-        for run in runs {
+        for run in &runs {
             let (from, to) = (self.measure(&run.from)?.0, self.measure(&run.to)?.0);
             answer.overlaps.push(Overlap {
                 range: (run.from[0], run.to[0]),
@@ -241,6 +233,22 @@ impl<B: Met> Answer<'_, B> {
             }
         }
         Ok(answer)
+    }
+
+    /// Whether all between a place and the nearer end of a run is as near as places are.
+    fn beside(&self, at: &[f64; 3], run: &Run, reach: f64) -> Result<bool> {
+        let slack = 1e-3 * (run.to[0] - run.from[0]);
+        let length = self.a.space().length();
+        // The end of a closed curve is where it starts.
+        for t in [at[0], at[0] - length, at[0] + length] {
+            if t >= run.from[0] - slack && t <= run.to[0] + slack {
+                let end = if (t - run.from[0]).abs() < (t - run.to[0]).abs() { &run.from } else { &run.to };
+                if self.one(at, end, reach)? {
+                    return Ok(true);
+                }
+            }
+        }
+        Ok(false)
     }
 
     /// Whether two places have the same parameters, to rounding.
