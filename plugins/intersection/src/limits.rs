@@ -8,6 +8,8 @@ use crate::together::coarse;
 
 /// Places of a piece from which the nearest ones are looked for: at those that are nearer than their neighbours.
 const PLACES: usize = 16;
+/// Halvings of both, by which most pairs are shown to be apart.
+const HALVINGS: usize = 6;
 
 /// The local parameters of the first piece at which a run can start or end, in order, the first 0 and the last 1. `O(p)` evaluations for a curve,
 /// `O(p + q)` for a surface.
@@ -53,9 +55,29 @@ fn edges(patch: &Piece) -> [Piece; 4] {
     ]
 }
 
+/// Whether boxes of parts of both are within the tolerance, after so many halvings.
+fn near(curve: &Piece, other: &Piece, tolerance: f64) -> bool {
+    if apart(&curve.bounds(), &other.bounds()) > tolerance {
+        return false;
+    }
+    let mut open = vec![(curve.clone(), other.clone(), 0)];
+    while let Some((a, b, depth)) = open.pop() {
+        if depth == HALVINGS {
+            return true;
+        }
+        let parts = if a.extent() >= b.extent() {
+            a.halves(0).map(|half| (half, b.clone(), depth + 1))
+        } else {
+            b.halves(0).map(|half| (a.clone(), half, depth + 1))
+        };
+        open.extend(parts.into_iter().filter(|(a, b, _)| apart(&a.bounds(), &b.bounds()) <= tolerance));
+    }
+    false
+}
+
 /// Appends the places of a curve that are as near to another as the tolerance and nearer than all beside them.
 fn nearest(curve: &Piece, other: &Piece, tolerance: f64, limits: &mut Vec<f64>) {
-    if apart(&curve.bounds(), &other.bounds()) > tolerance {
+    if !near(curve, other, tolerance) {
         return;
     }
     let pair = Pair { a: curve, b: other };

@@ -157,6 +157,32 @@ fn a_rough_curve_and_a_copy_of_it_are_one_run() {
 }
 
 #[test]
+fn a_copy_within_a_coarse_tolerance_is_one_run() {
+    let mut random = Numbers(3);
+    for case in 0..60 {
+        let degree = 1 + case % 4;
+        let count = degree + 1 + random.below(5);
+        let tolerance = [1e-3, 1e-6][case % 2];
+        let points: Vec<Point> =
+            (0..count).map(|i| Point::new(i as f64, random.within(-2.0, 2.0), 0.0)).collect();
+        let a = Curve::new(Space::clamped_uniform(degree, count).unwrap(), points.clone()).unwrap();
+        let moved =
+            points.iter().map(|p| p + Vector::from_fn(|_, _| random.within(-0.3, 0.3) * tolerance)).collect();
+        let (low, high) = a.domain();
+        let knots = [0, 1, 2].map(|_| random.within(low, high));
+        let b = Curve::new(a.space().clone(), moved).unwrap().insert_knots(&knots).unwrap();
+        let found = curves(&a, &b, &Options::within(tolerance)).unwrap();
+        let ends = found.overlaps.first().unwrap();
+        // The ends are where one of them ends, and so within the tolerance.
+        for (at, end) in [(ends.range.0, low), (ends.range.1, high)] {
+            assert!((a.point(at).unwrap() - a.point(end).unwrap()).norm() <= tolerance, "{found:#?}");
+        }
+        assert!(found.overlaps.len() == 1 && found.meetings.is_empty() && found.is_complete(), "{found:#?}");
+        assert!(found.distance() <= tolerance);
+    }
+}
+
+#[test]
 fn a_curve_and_a_part_of_it_are_one_run() {
     let mut random = Numbers(2);
     let mut told = Told::default();
