@@ -1,10 +1,9 @@
 //! Where what a piece has in common with another can start and end: at its own ends, where the other curve ends on it, and where it passes
 //! an edge of the other surface.
 
-use crate::meeting::Pair;
+use crate::meeting::{Pair, coarse};
 use crate::net::Piece;
 use crate::pieces::apart;
-use crate::together::coarse;
 
 /// Places of a piece from which the nearest ones are looked for: at those that are nearer than their neighbours.
 const PLACES: usize = 16;

@@ -8,7 +8,7 @@
 use loftsman_kernel::Vector;
 
 use crate::limits::limits;
-use crate::meeting::Pair;
+use crate::meeting::{Pair, coarse};
 
 /// Samples between limits: what is on the other at three neighbours runs along it.
 const SAMPLES: usize = 16;
@@ -206,25 +206,6 @@ fn chords(from: Vector, inner: impl Iterator<Item = f64>, to: Vector, pair: &Pai
         last = point;
     }
     length
-}
-
-/// The best of a few places of the other piece.
-pub(crate) fn coarse(pair: &Pair<'_>, t: f64) -> [f64; 3] {
-    let count = |order: usize| if order == 1 { 1 } else { 2 * order.min(6) };
-    let point = pair.a.jet([t, 0.0]).point;
-    let (rows, columns) = (count(pair.b.orders[0]), count(pair.b.orders[1]));
-    let local = |k: usize, n: usize| if n == 1 { 0.0 } else { k as f64 / (n - 1) as f64 };
-    let mut best = (f64::INFINITY, [t, 0.5, 0.5]);
-    for i in 0..rows {
-        for j in 0..columns {
-            let at = [local(i, rows), local(j, columns)];
-            let distance = (pair.b.jet(at).point - point).norm();
-            if distance < best.0 {
-                best = (distance, [t, at[0], at[1]]);
-            }
-        }
-    }
-    best.1
 }
 
 fn global(pair: &Pair<'_>, at: [f64; 3]) -> [f64; 3] {
