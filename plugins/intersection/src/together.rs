@@ -17,7 +17,8 @@ const SHARE: f64 = 0.125;
 /// How near parts are that run together however short they are, in tolerances; and what is rounding.
 const EXACT: f64 = 1e-3;
 const ROUNDING: f64 = 1e-13;
-/// Where shapes touch that bend by a hundredth more than one another, in the frame, they are as near as that over the root of so many times the distance.
+/// Shapes that touch and whose curvatures differ by `κ` are within `d` of one another over a length `L` with `L² = 8 d / κ`: what is longer than `L² = 1000 d` does
+/// not touch, unless they differ by less than a hundredth (in the frame, whose size is 1).
 const TOUCHING: f64 = 1e3;
 /// What is shorter than so many tolerances is a place.
 const SHORT: f64 = 8.0;
