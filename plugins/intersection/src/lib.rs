@@ -21,6 +21,7 @@ mod error;
 mod gap;
 mod intersections;
 mod itself;
+mod limits;
 mod meeting;
 mod mesh;
 mod net;

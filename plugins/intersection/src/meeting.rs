@@ -81,6 +81,25 @@ impl Pair<'_> {
     }
 }
 
+/// A start for a place of the first piece: the best of a few places of the other.
+pub(crate) fn coarse(pair: &Pair<'_>, t: f64) -> [f64; 3] {
+    let count = |order: usize| if order == 1 { 1 } else { 2 * order.min(6) };
+    let point = pair.a.jet([t, 0.0]).point;
+    let (rows, columns) = (count(pair.b.orders[0]), count(pair.b.orders[1]));
+    let local = |k: usize, n: usize| if n == 1 { 0.0 } else { k as f64 / (n - 1) as f64 };
+    let mut best = (f64::INFINITY, [t, 0.5, 0.5]);
+    for i in 0..rows {
+        for j in 0..columns {
+            let at = [local(i, rows), local(j, columns)];
+            let distance = (pair.b.jet(at).point - point).norm();
+            if distance < best.0 {
+                best = (distance, [t, at[0], at[1]]);
+            }
+        }
+    }
+    best.1
+}
+
 /// `-(JᵀJ + λ diag)⁻¹ Jᵀr` over the free unknowns, by elimination; `None` where that is singular.
 fn step(r: &Vector, j: &[Vector; 3], free: [bool; 3], damping: f64) -> Option<[f64; 3]> {
     let index: Vec<usize> = (0..3).filter(|&k| free[k]).collect();

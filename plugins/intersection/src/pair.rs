@@ -18,6 +18,9 @@ const LENS: f64 = 1e-2;
 
 /// Runs no further apart than this part of the domain are looked at whether they are one.
 const FOLLOWS: f64 = 1e-6;
+/// Runs no further apart than this part of the domain are looked at whether they go on into one another, at so many places between them.
+const SHORT: f64 = 0.05;
+const PLACES: u32 = 16;
 
 /// Where two curves meet, in space or in a plane: all points no further apart than the tolerance, and the parts that run
 /// together.
@@ -158,20 +161,12 @@ impl<B: Met> Answer<'_, B> {
         let mut found = search.found;
         found.sort_by(|x, y| x.distance.total_cmp(&y.distance).then(x.at[0].total_cmp(&y.at[0])));
         'next: for place in found {
-            for run in &search.runs {
+            for run in search.runs.iter().chain(&runs) {
                 if self.on_run(&place.at, run) {
                     continue 'next;
                 }
-                let slack = 1e-3 * (run.to[0] - run.from[0]);
-                if place.at[0] >= run.from[0] - slack && place.at[0] <= run.to[0] + slack {
-                    let end = if (place.at[0] - run.from[0]).abs() < (place.at[0] - run.to[0]).abs() {
-                        &run.from
-                    } else {
-                        &run.to
-                    };
-                    if self.one(&place.at, end, near)? {
-                        continue 'next;
-                    }
+                if self.beside(&place.at, run, near)? {
+                    continue 'next;
                 }
             }
             for other in &mut kept {
@@ -222,7 +217,7 @@ impl<B: Met> Answer<'_, B> {
             }
             answer.meetings.push(meeting);
         }
-        for run in runs {
+        for run in &runs {
             let (from, to) = (self.measure(&run.from)?.0, self.measure(&run.to)?.0);
             answer.overlaps.push(Overlap {
                 range: (run.from[0], run.to[0]),
@@ -241,6 +236,22 @@ impl<B: Met> Answer<'_, B> {
             }
         }
         Ok(answer)
+    }
+
+    /// Whether all between a place and the nearer end of a run is as near as places are.
+    fn beside(&self, at: &[f64; 3], run: &Run, reach: f64) -> Result<bool> {
+        let slack = 1e-3 * (run.to[0] - run.from[0]);
+        let length = self.a.space().length();
+        // The end of a closed curve is where it starts.
+        for t in [at[0], at[0] - length, at[0] + length] {
+            if t >= run.from[0] - slack && t <= run.to[0] + slack {
+                let end = if (t - run.from[0]).abs() < (t - run.to[0]).abs() { &run.from } else { &run.to };
+                if self.one(at, end, reach)? {
+                    return Ok(true);
+                }
+            }
+        }
+        Ok(false)
     }
 
     /// Whether two places have the same parameters, to rounding.
@@ -281,8 +292,10 @@ impl<B: Met> Answer<'_, B> {
             let mut taken = false;
             for before in &mut joined {
                 // Each reaches beyond its end by as much as the tolerance allows.
-                let follows = (run.from[0] - before.to[0]).abs() <= FOLLOWS * self.a.space().length()
-                    && self.one(&before.to, &run.from, 4.0 * self.tolerance)?;
+                let gap = run.from[0] - before.to[0];
+                let follows = gap.abs() <= FOLLOWS * self.a.space().length()
+                    && self.one(&before.to, &run.from, 4.0 * self.tolerance)?
+                    || self.goes_on(&before.to, &run.from)?;
                 if follows
                     || self.along(&run, before)
                     || self.along(before, &run)
@@ -302,6 +315,30 @@ impl<B: Met> Answer<'_, B> {
             }
         }
         Ok(joined)
+    }
+
+    /// Whether the shapes stay together from where one run ends to where another starts: a short way, along both, and all of it within the tolerance.
+    fn goes_on(&self, end: &[f64; 3], start: &[f64; 3]) -> Result<bool> {
+        let gap = start[0] - end[0];
+        // A curve is on itself everywhere.
+        let itself =
+            std::ptr::eq(std::ptr::from_ref(self.a).cast::<()>(), std::ptr::from_ref(self.b).cast::<()>());
+        if itself || gap.abs() > SHORT * self.a.space().length() {
+            return Ok(false);
+        }
+        // Back from the end only as far as the tolerance reaches: what runs along a curve that turns back does so twice.
+        if gap < 0.0 && (self.a.point(start[0])? - self.a.point(end[0])?).norm() > 4.0 * self.tolerance {
+            return Ok(false);
+        }
+        for k in 0..=PLACES {
+            let share = f64::from(k) / f64::from(PLACES);
+            let at = [0, 1, 2].map(|k| end[k] + (start[k] - end[k]) * share);
+            let (point, beside) = self.measure(&at)?;
+            if beside > LENS * self.frame.size || self.b.off(&point)? > self.tolerance {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// Whether a run within the range of another is the same one on the other side of a seam of the other shape: where it starts and ends and between, both are at one place

@@ -6,7 +6,7 @@ use crate::certificate::{Known, known};
 use crate::meeting::{Pair, Spot};
 use crate::net::Piece;
 use crate::pieces::{Pieces, apart};
-use crate::together::{Run, together};
+use crate::together::{Run, exact, long_enough, together};
 
 /// Pairs looked at for two spans before the rest is called undecided.
 const PAIRS: usize = 20_000;
@@ -17,9 +17,8 @@ const EACH_PAIR: usize = 100;
 const FEW: usize = 16;
 const LEVELS: usize = 3;
 const PART: f64 = 1e-2;
-/// How near parts are that run together, in tolerances; and what is rounding.
-const EXACT: f64 = 1e-3;
-const ROUNDING: f64 = 1e-13;
+/// Runs no further apart than this part of the domain can be one.
+const FOLLOWS: f64 = 1e-6;
 /// Pairs of parts this much smaller than their spans are not cut to tell a touching from crossings.
 const TERMINAL: f64 = 1e-5;
 
@@ -51,32 +50,35 @@ pub(crate) struct Search {
 impl Search {
     /// Looks at all spans that come within the tolerance, which is one of the frame.
     pub(crate) fn new(a: &Pieces, b: &Pieces, tolerance: f64) -> Self {
-        let mut search = Self::default();
-        let near = a.near(b, tolerance);
-        let most = ALL_PAIRS + EACH_PAIR * near.len();
-        for (i, j) in near {
-            search.pair(&Pair { a: &a.pieces[i], b: &b.pieces[j] }, most, tolerance);
-        }
-        search
-    }
-
-    fn pair(&mut self, pair: &Pair<'_>, most: usize, tolerance: f64) {
-        if self.looked > most {
-            self.undecided.push((pair.a.low[0], pair.a.high[0], pair.a.jet([0.5, 0.0]).point));
-            return;
-        }
-        let runs = self.spans(pair, together(pair, tolerance), tolerance);
-        self.runs.extend(runs);
+        Self::pairs(a, b, &a.near(b, tolerance), tolerance)
     }
 
     /// Looks at all pairs of pieces of one curve, but for those that are said to pass into one another.
     pub(crate) fn itself(pieces: &Pieces, passes: &impl Fn(usize, usize) -> bool, tolerance: f64) -> Self {
-        let mut search = Self::default();
         let mut near = pieces.near(pieces, tolerance);
         near.retain(|&(i, j)| i < j && !passes(i, j));
+        Self::pairs(pieces, pieces, &near, tolerance)
+    }
+
+    fn pairs(a: &Pieces, b: &Pieces, near: &[(usize, usize)], tolerance: f64) -> Self {
+        let pair = |&(i, j): &(usize, usize)| Pair { a: &a.pieces[i], b: &b.pieces[j] };
+        let mut runs: Vec<Vec<Run>> = near.iter().map(|near| together(&pair(near), tolerance)).collect();
+        // What runs together over little of a span goes on in its neighbours, or only touches.
+        let (low, high) = a
+            .pieces
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.low[0]), h.max(p.high[0])));
+        long_enough(&mut runs, FOLLOWS * (high - low), tolerance);
+        let mut search = Self::default();
         let most = ALL_PAIRS + EACH_PAIR * near.len();
-        for (i, j) in near {
-            search.pair(&Pair { a: &pieces.pieces[i], b: &pieces.pieces[j] }, most, tolerance);
+        for (near, runs) in near.iter().zip(runs) {
+            let pair = pair(near);
+            if search.looked > most {
+                search.undecided.push((pair.a.low[0], pair.a.high[0], pair.a.jet([0.5, 0.0]).point));
+                continue;
+            }
+            let runs = search.spans(&pair, runs, tolerance);
+            search.runs.extend(runs);
         }
         search
     }
@@ -85,7 +87,8 @@ impl Search {
     fn spans(&mut self, spans: &Pair<'_>, mut runs: Vec<Run>, tolerance: f64) -> Vec<Run> {
         let extent = spans.a.extent().min(spans.b.extent());
         let small = (TERMINAL * extent).max(0.1 * tolerance);
-        let mut open = vec![(spans.a.clone(), spans.b.clone(), 0)];
+        let mut open: Vec<_> =
+            cut_at_runs(spans.a, &runs).into_iter().map(|a| (a, spans.b.clone(), 0)).collect();
         let mut count = 0;
         while let Some((a, b, depth)) = open.pop() {
             let pair = Pair { a: &a, b: &b };
@@ -118,8 +121,9 @@ impl Search {
             }
             // What runs together over a small part of a span does so over much of a part; to rounding, or it only touches.
             if count > FEW && depth % LEVELS == 0 && a.extent().min(b.extent()) >= PART * extent {
-                let most = (EXACT * tolerance).max(ROUNDING);
-                let found = together(&pair, tolerance).into_iter().filter(|run| run.distance <= most);
+                let most = exact(tolerance);
+                let found =
+                    together(&pair, tolerance).into_iter().filter(|run| run.distance <= most && run.long());
                 let known = runs.len();
                 runs.extend(found);
                 if runs[known..].iter().any(|run| along(&pair, run, tolerance)) {
@@ -143,6 +147,26 @@ impl Search {
         }
         runs
     }
+}
+
+/// The piece, cut where runs start and end.
+fn cut_at_runs(piece: &Piece, runs: &[Run]) -> Vec<Piece> {
+    let mut ends: Vec<f64> = runs.iter().flat_map(|run| [run.from[0], run.to[0]]).collect();
+    ends.sort_by(f64::total_cmp);
+    let mut parts = Vec::new();
+    let mut rest = piece.clone();
+    for end in ends {
+        let (low, high) = (rest.low[0], rest.high[0]);
+        let local = (end - low) / (high - low);
+        if end > low && end < high && local > 0.0 && local < 1.0 {
+            let [mut before, mut after] = rest.cut(0, local);
+            (before.high[0], after.low[0]) = (end, end);
+            parts.push(before);
+            rest = after;
+        }
+    }
+    parts.push(rest);
+    parts
 }
 
 fn found(pair: &Pair<'_>, spot: &Spot, simple: bool) -> Found {

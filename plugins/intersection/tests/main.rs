@@ -9,3 +9,4 @@ mod itself;
 mod operations;
 mod sections;
 mod shells;
+mod together;
