@@ -3,13 +3,12 @@
 use loftsman_kernel::plugin::Registry;
 
 /// A name elsewhere, and the operation.
-const NAMES: [(&str, &str); 33] = [
+const NAMES: [(&str, &str); 32] = [
     ("append", "merge"),
     ("approximate", "fit"),
     ("bisect", "section"),
     ("blend", "match"),
     ("clip", "section"),
-    ("connect", "join"),
     ("contour", "section"),
     ("cross-section", "section"),
     ("cut", "section"),
