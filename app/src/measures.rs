@@ -5,9 +5,8 @@ mod leaks;
 use std::collections::HashSet;
 
 pub use self::leaks::Leaks;
-use loftsman_area_volume::{area_of, surface_area, volume_of};
+use loftsman_area_volume::{area_of, surface_area_of, volume_of};
 use loftsman_kernel::brep::Brep;
-use loftsman_kernel::functional::{Functional, Shapes};
 use loftsman_kernel::mesh::{Mesh, Polyline};
 use loftsman_kernel::plugin::{Chord, Fineness, Tessellator};
 use loftsman_kernel::scene::Geometry;
@@ -131,17 +130,14 @@ fn open_edges(surface: &Surface) -> Option<Vec<&'static str>> {
 
 /// What its loops leave of a surface.
 fn of_trimmed(trimmed: &Trimmed) -> Measures {
-    let mut found = measured(trimmed, Cells::count(trimmed));
+    let cells = Cells::count(trimmed);
+    let mut found = measured(trimmed, cells);
     // What was not integrated may close.
-    if found.unmeasured.is_empty() {
+    if cells <= CELLS {
         found.watertight = Some(found.volume.is_some());
         found.open = if found.volume.is_some() { Vec::new() } else { vec!["border"] };
     }
-    if found.area.is_some() || !found.unmeasured.is_empty() {
-        return found;
-    }
-    let unmeasured = vec!["the area inside trimming loops: they do not say what is inside".to_owned()];
-    Measures { unmeasured, ..found }
+    found
 }
 
 /// A shape of a plug-in.
@@ -152,7 +148,7 @@ fn of_shape(shape: &dyn Shape) -> Measures {
     }
 }
 
-/// The area of a surface of so many pieces, and the volume inside where it is closed.
+/// The area of a surface of so many pieces, or why it is not told, and the volume inside where it is closed.
 fn measured(surface: &dyn Shape, cells: usize) -> Measures {
     if cells > CELLS {
         let why = format!(
@@ -160,10 +156,11 @@ fn measured(surface: &dyn Shape, cells: usize) -> Measures {
         );
         return Measures { unmeasured: vec![why], ..Measures::default() };
     }
-    let mut area = [0.0];
-    let told = surface_area().value(&Shapes::one(surface), &mut area);
-    let volume = finite(volume_of(surface).ok());
-    Measures { area: finite(told.ok().map(|()| area[0])), volume, ..Measures::default() }
+    let (area, unmeasured) = match surface_area_of(surface) {
+        Ok(area) => (Some(area), Vec::new()),
+        Err(why) => (None, vec![format!("area: {why}")]),
+    };
+    Measures { area, volume: finite(volume_of(surface).ok()), unmeasured, ..Measures::default() }
 }
 
 /// How far the triangles of a Brep may be from it, as a part of its size.

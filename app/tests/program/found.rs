@@ -374,3 +374,50 @@ fn what_is_missing_is_named_and_formats_that_are_not_read_are_called_by_their_na
     bench.write("d.xyzzy", "what is this?");
     bench.fails(&["info", "d.xyzzy"], 1, &["neither its name nor its content"]);
 }
+
+/// A sheet that folds over along the diagonal of its parameters: `x = u`, `y = (v - u)²`, whose area is `∫∫ 2 |v - u| = 2/3`; a sweep whose path bends
+/// more narrowly than the profile is wide; and one with more folds than bounded work can follow.
+#[test]
+fn what_folds_has_an_area_or_it_is_said_why_not() {
+    let bench = LOFTSMAN.bench();
+    let flat = json!({ "degree": 2, "knots": [0, 0, 0, 1, 1, 1] });
+    let sheet = json!({ "name": "s", "surface": { "u": flat, "v": flat, "points": [
+        [[0, 0, 0], [0, 0, 0], [0, 1, 0]],
+        [[0.5, 0, 0], [0.5, -0.5, 0], [0.5, 0, 0]],
+        [[1, 1, 0], [1, 0, 0], [1, 0, 0]],
+    ] } });
+    let mut random = loftsman_tests::curves::Sequence::new(5);
+    let mut coordinate = || random.next_number();
+    let net: Vec<Vec<[f64; 3]>> =
+        (0..66).map(|_| (0..66).map(|_| [coordinate(), coordinate(), 0.0]).collect()).collect();
+    let knots: Vec<usize> = [0, 0, 0].into_iter().chain(1..64).chain([64, 64, 64]).collect();
+    let space = json!({ "degree": 2, "knots": knots });
+    let wild = json!({ "name": "w", "surface": { "u": space, "v": space, "points": net } });
+    let scene = loftsman_tests::curves::document("mm", &[sheet, wild]);
+    bench.write("s.loft.json", scene.to_string());
+    let said = bench.done(&["info", "s.loft.json"]);
+    let line = |name: &str| said.lines().find(|line| line.trim_start().starts_with(name)).unwrap().to_owned();
+    assert!(line("s ").contains("area 0.6667 mm²"), "{said}");
+    assert!(line("w ").contains("not measured: area: the surface folds over"), "{said}");
+    let told = bench.json(&["info", "s.loft.json"]);
+    assert!((told["objects"][0]["area"].as_f64().unwrap() * 1.5 - 1.0).abs() < 1e-7, "{told}");
+    assert!(told["objects"][1]["unmeasured"][0].as_str().unwrap().starts_with("area: "), "{told}");
+    // And in what a step says that makes one.
+    bench.write("sweep.loft.json", FOLDED_SWEEP);
+    bench.write(
+        "r.toml",
+        "input = 'sweep.loft.json'\noutput = ['o.loft.json']\n[[step]]\nop = 'sweep'\nobject = 'a'\npath = 'p'\nname = 'r'\nframe = 'upright'\n\
+         tolerance = 1000.0\n",
+    );
+    let step = &bench.json(&["run", "r.toml"])["steps"][0];
+    let area = step["objects"][0]["area"]["after"].as_f64().unwrap();
+    // By composite Gauss-Legendre rules of numpy on the surface that is written, refined until they agree.
+    assert!((area / 3.375_177_027_88e17 - 1.0).abs() < 1e-7, "{area:e}");
+}
+
+/// A profile and a path that bends more narrowly than the profile is wide.
+const FOLDED_SWEEP: &str = r#"{"loftsman": 1, "unit": "mm", "up": "z", "objects": [
+  {"name": "a", "curve": {"degree": 2, "periodic": false, "knots": [0.0, 0.0, 0.0, 0.47146792051441955, 1.0, 1.0, 1.0], "points":
+  [[-945850749.5036429, 350772029.94513404, 306007125.75076044], [-977357385.1543244, 332372957.74984056, 295367197.5441908], [-1007976663.0311085, 316356234.44365436, 294867273.3361217], [-1012842344.152072, 322987405.0455374, 343227283.95537823]], "weights": [0.7563804566597009, 30.342060706223315, 3.597372936893349, 0.10720260524272422]}},
+  {"name": "p", "curve": {"degree": 3, "periodic": false, "knots": [0.0, 0.0, 0.0, 0.0, 0.6231554594115649, 0.7125829020433939, 0.9066987612693792, 0.9066987612693792, 1.0, 1.0, 1.0, 1.0], "points":
+  [[-988068215.6497669, 328672570.0842176, 305234390.96004146], [-716876675.4805256, -192849847.43168652, 404031633.12852085], [-359640272.76324517, -521350824.46703964, 140380972.0578158], [-161274525.9304597, -467321700.1198086, -77940634.25029895], [140744747.22394362, -51195591.44388579, -248475317.56321448], [359845662.5835845, 343560904.6014343, -349144781.4695518], [704769168.1965014, 656441010.3273064, -322157116.5177845], [967459102.81985, 399869835.36413634, -273889543.25841576]]}}]}"#;

@@ -57,7 +57,7 @@ pub use area::{Area, area};
 pub use centroid::{Centroid, centroid};
 pub use form::AreaForm;
 pub use length::{Length, length};
-pub use surface_area::{SurfaceArea, surface_area};
+pub use surface_area::{SurfaceArea, surface_area, surface_area_of};
 pub use ties::{Closed, closed, gap};
 pub use volume::{Volume, volume};
 

@@ -99,8 +99,10 @@ pub struct FittedCurve {
     pub parameters: Vec<f64>,
     /// The largest distance of a point from the curve at its parameter, so never too small, in document units.
     pub max_error: f64,
-    /// The largest distance of a point from the point of the curve that is nearest to it.
+    /// The largest distance of a point from the point of the curve that is nearest to it, in document units.
     pub distance: f64,
+    /// The point that has this distance.
+    pub farthest: usize,
     /// The length of the curve.
     pub length: f64,
     /// The length of the polygon of the points.
@@ -109,9 +111,9 @@ pub struct FittedCurve {
     pub corners: Vec<usize>,
     /// What was done that was not asked for, in words.
     pub remarks: Vec<String>,
-    /// The point that has it.
+    /// The point that is farthest from the curve at its parameter.
     pub worst: usize,
-    /// The root of the mean square of the distances.
+    /// The root of the mean square of the distances at the parameters.
     pub rms_error: f64,
     /// The tolerance in document units, where there was one.
     pub tolerance: Option<f64>,

@@ -110,23 +110,26 @@ impl Course<'_> {
         Ok(found.iter().zip(self.points).map(|(p, q)| (p.coords - q).norm()).collect())
     }
 
-    /// The largest true distance of a point from the curve: from the nearest point of all of it. `distances` are
+    /// The largest true distance of a point from the curve, from the nearest point of all of it, and the point that has it. `distances` are
     /// those at the parameters, which bound it from above, so that few points need the search.
     ///
     /// # Errors
     /// As for [`Curve::closest`].
-    pub(crate) fn farthest(&self, curve: &Curve, distances: &[f64]) -> Result<f64> {
+    pub(crate) fn farthest(&self, curve: &Curve, distances: &[f64]) -> Result<(f64, usize)> {
         let mut order: Vec<usize> = (0..distances.len()).collect();
         order.sort_by(|&a, &b| distances[b].total_cmp(&distances[a]).then(a.cmp(&b)));
-        let mut farthest = 0.0_f64;
+        let mut farthest = (0.0_f64, order.first().copied().unwrap_or(0));
         for k in order {
             // Nothing is left to find: below rounding there is no nearer point.
-            if distances[k] <= farthest.max(ROUNDING) {
-                farthest = farthest.max(distances[k].min(ROUNDING));
+            let last = distances[k] <= farthest.0.max(ROUNDING);
+            let found = if last { ROUNDING } else { curve.closest(Point::from(self.points[k]))?.distance };
+            let found = found.min(distances[k]);
+            if found > farthest.0 {
+                farthest = (found, k);
+            }
+            if last {
                 break;
             }
-            let found = curve.closest(Point::from(self.points[k]))?.distance;
-            farthest = farthest.max(found.min(distances[k]));
         }
         Ok(farthest)
     }
@@ -355,7 +358,8 @@ mod tests {
         let distances = course(&points).distances(&curve).unwrap();
         assert!((distances[1] - 0.3).abs() < 1e-15 && distances[0] == 0.0);
         // The parabola y = x² is nearest to (0, 0.3) at its vertex, as long as 0.3 is below 1/2.
-        assert!((course(&points).farthest(&curve, &distances).unwrap() - 0.3).abs() < 1e-12);
+        let (farthest, at) = course(&points).farthest(&curve, &distances).unwrap();
+        assert!((farthest - 0.3).abs() < 1e-12 && at == 1);
         let travel = course(&points).travel(&curve, 0.0).unwrap();
         let exact = 5.0_f64.sqrt() + 0.5 * 2.0_f64.asinh();
         assert!((travel.length - exact).abs() < 1e-3 && (length(&curve).unwrap() - exact).abs() < 1e-2);

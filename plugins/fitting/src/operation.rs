@@ -521,11 +521,11 @@ fn report_of(fitted: &FittedCurve, points: &[Point], unit: Unit) -> StepReport {
     // Errors that are rounding at the size of the curve are none.
     let error = |x: f64| length(without_rounding(x, fitted.length));
     let vertices = fitted.curve.points().len();
-    let place = points.get(fitted.worst).map(|p| format!(" {}", place(p))).unwrap_or_default();
+    let place = points.get(fitted.farthest).map(|p| format!(" {}", place(p))).unwrap_or_default();
     let mut notes = vec![format!(
-        "largest distance from the points {}, at point {}{place}; root mean square {}; {vertices} control vertices for {} points",
-        error(fitted.max_error),
-        fitted.worst,
+        "largest distance from the points {}, at point {}{place}; root mean square at their parameters {}; {vertices} control vertices for {} points",
+        error(fitted.distance),
+        fitted.farthest,
         error(fitted.rms_error),
         points.len()
     )];
@@ -538,10 +538,9 @@ fn report_of(fitted: &FittedCurve, points: &[Point], unit: Unit) -> StepReport {
     }
     let leading = notes.len();
     notes.push(format!(
-        "length {}, the polygon of the points {}; the nearest points of the curve are at most {} away",
+        "length {}, the polygon of the points {}",
         length(fitted.length),
-        length(fitted.polygon_length),
-        error(fitted.distance)
+        length(fitted.polygon_length)
     ));
     if fitted.interpolated {
         notes.push(if fitted.tolerance.is_some() {

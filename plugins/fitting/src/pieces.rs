@@ -335,10 +335,12 @@ impl Whole<'_> {
         }
         let mean = distances.iter().map(|d| d * d).sum::<f64>() / m as f64;
         let leave = |length: f64| self.frame.leave_length(length);
+        let (distance, farthest) = course.farthest(&handed, &distances)?;
         Ok(FittedCurve {
             met,
             max_error: leave(distances[worst]),
-            distance: leave(course.farthest(&handed, &distances)?),
+            distance: leave(distance),
+            farthest: (farthest + first) % m,
             worst: (worst + first) % m,
             rms_error: leave(mean.sqrt()),
             length: leave(travel.length),

@@ -51,7 +51,7 @@ fn a_closed_polyline_becomes_a_periodic_curve() {
     // Lengths have the scene's unit; errors that are rounding are none.
     let unit = scene.unit.symbol();
     assert_eq!(report.notes[1], format!("the tolerance 0.001 {unit} is met"));
-    for (note, count) in [(0, 2), (2, 3)] {
+    for (note, count) in [(0, 2), (2, 2)] {
         let words = report.notes[note].split([' ', ',', ';']);
         assert_eq!(words.filter(|word| *word == unit).count(), count, "{:?}", report.notes);
     }
@@ -220,4 +220,63 @@ fn one_chain_is_fitted() {
     scene.add(Object::new("wave", line.into())).unwrap();
     assert_eq!(run(&mut scene, json!({})).unwrap().object.as_deref(), Some("wave"));
     assert!(scene.curve("wave").is_ok());
+}
+
+/// Points at which the distance at the parameter is largest at another point than that from the nearest point of the curve.
+const APART: [[f64; 3]; 32] = [
+    [87543970.4520976, -694294299.405775, 0.0],
+    [188683712.4236251, -718928643.9199872, 0.0],
+    [191848183.80150768, -719426337.1919053, 0.0],
+    [191848183.80150768, -719426337.1919053, 0.0],
+    [411008818.7006532, -686643733.2301083, 0.0],
+    [530951098.19416475, -585693487.8069319, 0.0],
+    [576667907.6762956, -528312845.2594561, 0.0],
+    [680610286.1512443, -372181996.4657579, 0.0],
+    [767521671.1528128, -241147642.94628337, 0.0],
+    [817256631.9782513, -172307351.7956602, 0.0],
+    [894672572.5261786, 202223972.548401, 0.0],
+    [858947365.8695422, 246232583.68410882, 0.0],
+    [791272491.2510523, 303846522.69501513, 0.0],
+    [188451880.18899262, 564663811.7261119, 0.0],
+    [121118181.89340083, 578930992.9745829, 0.0],
+    [-295475136.8831116, 578521062.4807868, 0.0],
+    [-438313475.6911559, 531172778.0876139, 0.0],
+    [-519914395.6169332, 485108785.8003528, 0.0],
+    [-549147327.6436478, 463794004.3303002, 0.0],
+    [-572252740.6312244, 444664897.7654167, 0.0],
+    [-659103420.6508267, 347194227.0195805, 0.0],
+    [-734518290.9152473, 199365771.1403659, 0.0],
+    [-750919763.4517062, 156250644.3630813, 0.0],
+    [-754308854.8079842, 147583006.31119937, 0.0],
+    [-875648002.4860251, -20080430.960898854, 0.0],
+    [-917433892.4000988, -68179740.54423702, 0.0],
+    [-918284080.0112332, -69340220.70192748, 0.0],
+    [-907858000.5943118, -301683562.19085157, 0.0],
+    [-889253894.0282899, -321049523.0831446, 0.0],
+    [-748835900.4617512, -409873022.1191756, 0.0],
+    [-712234605.1987062, -425196987.57817256, 0.0],
+    [-79682926.0282978, -632600198.6972169, 0.0],
+];
+
+/// A report tells one largest distance: that from the nearest point of the curve, at the point that has it; the distances at the parameters, which steer the
+/// search, are larger, and another point's here.
+#[test]
+fn one_largest_distance_is_told() {
+    let points: Vec<Point> = APART.map(Point::from).to_vec();
+    let mut scene = Scene::new();
+    let line = Polyline { points: points.clone(), closed: false };
+    scene.add(Object::new("wave", line.into())).unwrap();
+    let tolerance = 181_023.536_086_331_82;
+    let report = run(&mut scene, json!({ "degree": 2, "tolerance": tolerance })).unwrap();
+    let curve = scene.curve("wave").unwrap();
+    let distances: Vec<f64> = points.iter().map(|&p| curve.closest(p).unwrap().distance).collect();
+    let at = (0..points.len()).max_by(|&a, &b| distances[a].total_cmp(&distances[b])).unwrap();
+    let told = scene.unit.quantity(distances[at], 1);
+    let expected = format!("largest distance from the points {told}, at point {at} (");
+    assert!(report.notes[0].starts_with(&expected), "{expected}: {:?}", report.notes);
+    assert!(!report.notes.iter().any(|note| note.contains("away")), "{:?}", report.notes);
+    let fitted = loftsman_fitting::Fit::new(2, loftsman_fitting::Target::Tolerance(tolerance));
+    let fitted = fitted.curve(&points).unwrap();
+    assert!(fitted.farthest == at && fitted.distance == distances[at], "{fitted:?}");
+    assert!(fitted.worst != at && fitted.max_error > 2.0 * fitted.distance, "{fitted:?}");
 }

@@ -18,6 +18,10 @@ const EXTRA: [usize; 2] = [2, 4];
 /// Halvings allowed in all: so many, and so many for each cell.
 const HALVINGS: usize = 400;
 const HALVINGS_A_CELL: usize = 1;
+/// So many times that where an area is told once.
+const MORE: usize = 64;
+/// After so many halvings it is looked again whether they are enough.
+const LOOK: usize = 256;
 /// Into how many parts along each of its borders what loops leave of a cell is cut at most.
 const MOST_PARTS: usize = 64;
 /// What the two rules may differ by on a part, as a share of a cell's share of the whole.
@@ -27,6 +31,13 @@ const AGREE: f64 = 1e-11;
 const FOUND: f64 = 1e-15;
 /// On both sides of such a line, so far from it by a cell's length, the normals are opposite.
 const BESIDE: f64 = 1e-7;
+
+/// Of two normals beside one another that are opposite, the less is more than this part of the other: else it is rounding beside a fold.
+const BLUR: f64 = 1e-9;
+/// What is left of `|S_u × S_v|` below this part of its mean says nothing about the direction of a crease.
+const UNSEEN: f64 = 1e-6;
+/// The most nodes of a rule, with the ends.
+const MOST_NODES: usize = MAX_ORDER + EXTRA[1] + 1;
 
 /// A rule in each direction.
 struct Nodes {
@@ -53,6 +64,14 @@ impl Along {
         let all = |k: usize| [weights[k], difference(k) / whole, off(k) / other];
         Self((0..count).map(|k| (nodes[k], all(k))).collect())
     }
+
+    /// The same, and it looks at the ends, which have no weight: a crease that touches an end from inside is seen.
+    fn with_ends(count: usize) -> Self {
+        let Self(mut nodes) = Self::new(count);
+        nodes.insert(0, (0.0, [0.0; 3]));
+        nodes.push((1.0, [0.0; 3]));
+        Self(nodes)
+    }
 }
 
 /// A surface at work.
@@ -66,8 +85,11 @@ pub(super) struct Measure<'s> {
     /// What counts of cells, where that is not all.
     counted: &'s [(Cell, Share)],
     degrees: [usize; 2],
-    rules: [Nodes; 2],
+    /// The rougher and the better one, and this with its ends.
+    rules: [Nodes; 3],
     bases: [Basis; 2],
+    /// Whether it is told once.
+    telling: bool,
     /// What a stencil could not be had for.
     failed: Option<Error>,
 }
@@ -82,6 +104,8 @@ struct Part {
     v: (f64, f64),
     /// Which of the counted cells this is, where only a part of it counts, and in how many parts that is cut.
     share: Option<(usize, usize)>,
+    /// How often it has been halved in each direction.
+    halved: [u16; 2],
 }
 
 impl Part {
@@ -95,6 +119,7 @@ impl<'s> Measure<'s> {
     pub(super) fn new(surface: &Member<'s>, counted: &'s [(Cell, Share)]) -> Self {
         let [p, q] = surface.cells.degrees();
         let rule = |extra: usize| Nodes { u: Along::new(p + extra), v: Along::new(q + extra) };
+        let with_ends = Nodes { u: Along::with_ends(p + EXTRA[1]), v: Along::with_ends(q + EXTRA[1]) };
         let splines = surface.splines.and_then(|all| Some((all.u, all.v?, all.weights)));
         let mut cells = Vec::new();
         match splines {
@@ -108,6 +133,7 @@ impl<'s> Measure<'s> {
                         u: ends(u.flat(), i),
                         v,
                         share: None,
+                        halved: [0; 2],
                     }));
                 }
             }
@@ -116,13 +142,25 @@ impl<'s> Measure<'s> {
                     let [u, v] = cell.sides[..] else { continue };
                     let (u, v) = ((u.start, u.end), (v.start, v.end));
                     let share = matches!(share, Share::Part(_)).then_some((number, 1));
-                    cells.push(Part { spans: [0; 2], face: cell.face, u, v, share });
+                    cells.push(Part { spans: [0; 2], face: cell.face, u, v, share, halved: [0; 2] });
                 }
             }
         }
-        let (rules, bases) = (EXTRA.map(rule), [Basis::default(), Basis::default()]);
+        let [rough, fine] = EXTRA.map(rule);
+        let (rules, bases) = ([rough, fine, with_ends], [Basis::default(), Basis::default()]);
         let (shape, points) = (surface.shape, surface.points());
-        Self { shape, splines, points, cells, counted, degrees: [p, q], rules, bases, failed: None }
+        Self {
+            shape,
+            splines,
+            points,
+            cells,
+            counted,
+            degrees: [p, q],
+            rules,
+            bases,
+            telling: false,
+            failed: None,
+        }
     }
 
     /// The area of a part by one of the rules, and its gradient added where there is room.
@@ -136,8 +174,8 @@ impl<'s> Measure<'s> {
         })
     }
 
-    /// What a place adds: the size of the normal, and its gradient times a weight.
-    fn place(&self, at: Location, weight: f64, gradient: Option<&mut [Vector]>) -> Result<f64> {
+    /// What a place adds: the normal, and the gradient of its size times a weight.
+    fn place(&self, at: Location, weight: f64, gradient: Option<&mut [Vector]>) -> Result<Vector> {
         let row = |by: [usize; 2]| self.shape.stencil(at, by.into());
         let (by_u, by_v) = (row([1, 0])?, row([0, 1])?);
         let (su, sv) = (by_u.apply(self.points), by_v.apply(self.points));
@@ -149,28 +187,30 @@ impl<'s> Measure<'s> {
             by_u.iter().for_each(|(vertex, c)| gradient[vertex] += along * c);
             by_v.iter().for_each(|(vertex, c)| gradient[vertex] += across * c);
         }
-        Ok(size)
+        Ok(normal)
     }
 
     fn part_by_stencils(&self, part: Part, rule: usize, mut gradient: Option<&mut [Vector]>) -> Result<Sum> {
         if let Some((number, parts)) = part.share
             && let Some((cell, share)) = self.counted.get(number)
         {
-            let [p, q] = self.degrees;
+            let ([p, q], extra) = (self.degrees, EXTRA[rule.min(1)]);
             let mut sum = Sum::default();
-            for (at, weight) in share.gauss_points(cell, [p + EXTRA[rule], q + EXTRA[rule]], parts) {
-                sum.area += weight * self.place(at, weight, gradient.as_deref_mut())?;
+            for (at, weight) in share.gauss_points(cell, [p + extra, q + extra], parts) {
+                sum.area += weight * self.place(at, weight, gradient.as_deref_mut())?.norm();
             }
             return Ok(sum);
         }
         let Nodes { u: along_u, v: along_v } = &self.rules[rule];
         let (length_u, length_v) = (part.u.1 - part.u.0, part.v.1 - part.v.0);
-        let mut sum = Sum::default();
+        let (mut sum, mut turns) = (Sum::default(), Turns::default());
         for (x, [wx, ux @ ..]) in &along_u.0 {
-            for (y, [wy, vy @ ..]) in &along_v.0 {
+            for (j, (y, [wy, vy @ ..])) in along_v.0.iter().enumerate() {
                 let at = part.at(part.u.0 + length_u * x, part.v.0 + length_v * y);
                 let weight = wx * length_u * wy * length_v;
-                let size = self.place(at, weight, gradient.as_deref_mut())?;
+                let normal = self.place(at, weight, gradient.as_deref_mut())?;
+                turns.see(j, normal.into());
+                let size = normal.norm();
                 sum.area += wx * wy * size;
                 for k in 0..2 {
                     sum.rough_along[0][k] += ux[k] * wy * size;
@@ -179,6 +219,7 @@ impl<'s> Measure<'s> {
             }
         }
         sum.area *= length_u * length_v;
+        sum.creased = turns.creased;
         Ok(sum)
     }
 
@@ -200,7 +241,7 @@ impl<'s> Measure<'s> {
         bv.enter(sv, part.spans[1]);
         let Nodes { u: along_u, v: along_v } = &self.rules[rule];
         let (length_u, length_v) = (part.u.1 - part.u.0, part.v.1 - part.v.0);
-        let mut sum = Sum::default();
+        let (mut sum, mut turns) = (Sum::default(), Turns::default());
         for (x, [wx, ux @ ..]) in &along_u.0 {
             bu.at(part.u.0 + length_u * x);
             // Combined along u: homogeneous points and derivatives for each of the q + 1 columns.
@@ -217,7 +258,7 @@ impl<'s> Measure<'s> {
                 }
             }
             let mut sums = [[[0.0; 3]; 2]; MAX_ORDER];
-            for (y, [wy, vy @ ..]) in &along_v.0 {
+            for (j, (y, [wy, vy @ ..])) in along_v.0.iter().enumerate() {
                 bv.at(part.v.0 + length_v * y);
                 let (mut s, mut su_, mut sv_) = ([0.0; 4], [0.0; 4], [0.0; 4]);
                 for (j, line) in line.iter().enumerate().take(q + 1) {
@@ -231,6 +272,7 @@ impl<'s> Measure<'s> {
                 let project = |d: [f64; 4]| [0, 1, 2].map(|a| (d[a] - s[a] / w * d[3]) / w);
                 let (tu, tv) = (project(su_), project(sv_));
                 let normal = cross(tu, tv);
+                turns.see(j, normal);
                 let size = normal.iter().map(|n| n * n).sum::<f64>().sqrt();
                 sum.area += wx * wy * size;
                 for k in 0..2 {
@@ -266,11 +308,13 @@ impl<'s> Measure<'s> {
             }
         }
         sum.area *= length_u * length_v;
+        sum.creased = turns.creased;
         sum
     }
 
     /// The area, what it may be wrong by, and its gradient added where there is room.
-    pub(super) fn whole(&mut self, mut gradient: Option<&mut [Vector]>) -> Result<Area> {
+    pub(super) fn whole(&mut self, mut gradient: Option<&mut [Vector]>, effort: Effort) -> Result<Area> {
+        self.telling = matches!(effort, Effort::Telling(_));
         let mut parts = BinaryHeap::new();
         for part in std::mem::take(&mut self.cells) {
             parts.push(self.judged(part, parts.len()));
@@ -278,7 +322,18 @@ impl<'s> Measure<'s> {
         let cells = parts.len();
         let share = parts.iter().map(|p| p.fine).sum::<f64>() / cells.max(1) as f64;
         let mut made = cells;
-        for _ in 0..halvings(cells) {
+        let usual = halvings(cells);
+        let most = if self.telling { MORE * HALVINGS + cells } else { usual };
+        for done in 0..most {
+            if let Effort::Telling(enough) = effort
+                && done >= usual
+                && (done - usual).is_multiple_of(LOOK)
+            {
+                let sums = parts.iter().fold((0.0, 0.0), |(a, e), p| (a + p.fine, e + p.error));
+                if sums.1 <= enough * sums.0 {
+                    break;
+                }
+            }
             let Some(worst) = parts.pop() else { break };
             if worst.error <= AGREE * share.max(worst.fine) || !worst.error.is_finite() {
                 parts.push(worst);
@@ -312,10 +367,22 @@ impl<'s> Measure<'s> {
     }
 
     fn judged(&mut self, part: Part, order: usize) -> Judged {
-        let (rough, fine) = (self.part(part, 0, None), self.part(part, 1, None));
+        let better = if self.telling { 2 } else { 1 };
+        let (rough, fine) = (self.part(part, 0, None), self.part(part, better, None));
         let [along_u, along_v] = fine.rough_along.map(|[a, b]| a.abs() + b.abs());
-        let across_u = along_u >= along_v;
-        let error = (fine.area - rough.area).abs();
+        let mut across_u = along_u >= along_v;
+        let mut error = (fine.area - rough.area).abs();
+        if self.telling && fine.creased {
+            // Both rules may be wrong by as much. What n nodes miss of a crease that runs straight across is of the order of n⁻² of the part; of
+            // creases that run askew, and of many with either sign, an eighth of that is still more than was found missing.
+            let nodes = self.degrees.map(|degree| degree + EXTRA[1]).into_iter().min().unwrap_or(1) as f64;
+            error = error.max(fine.area / (8.0 * nodes * nodes));
+            // Of one that cuts off no more than a corner the rules see nothing.
+            let mean = fine.area / ((part.u.1 - part.u.0) * (part.v.1 - part.v.0));
+            if along_u.max(along_v) <= UNSEEN * mean {
+                across_u = part.halved[0] <= part.halved[1];
+            }
+        }
         Judged { part, fine: fine.area, error, across_u, order, settled: false }
     }
 
@@ -402,10 +469,15 @@ impl<'s> Measure<'s> {
             let middle = 0.5 * a + 0.5 * b;
             (a < middle && middle < b).then_some(middle)
         };
-        let across_u =
-            middle(part.u).map(|m| [Part { u: (part.u.0, m), ..part }, Part { u: (m, part.u.1), ..part }]);
-        let across_v =
-            middle(part.v).map(|m| [Part { v: (part.v.0, m), ..part }, Part { v: (m, part.v.1), ..part }]);
+        let [by_u, by_v] = part.halved;
+        let across_u = middle(part.u).map(|m| {
+            let half = Part { halved: [by_u.saturating_add(1), by_v], ..part };
+            [Part { u: (part.u.0, m), ..half }, Part { u: (m, part.u.1), ..half }]
+        });
+        let across_v = middle(part.v).map(|m| {
+            let half = Part { halved: [by_u, by_v.saturating_add(1)], ..part };
+            [Part { v: (part.v.0, m), ..half }, Part { v: (m, part.v.1), ..half }]
+        });
         let halves = if whole.across_u { across_u.or(across_v) } else { across_v.or(across_u) };
         halves.map(|[first, second]| vec![self.judged(first, order), self.judged(second, order + 1)])
     }
@@ -417,10 +489,48 @@ impl<'s> Measure<'s> {
 struct Sum {
     area: f64,
     rough_along: [[f64; 2]; 2],
+    /// Whether the normal turns by more than a right angle between neighbouring nodes: there is a crease, or it is not smooth yet.
+    creased: bool,
+}
+
+/// Normals of neighbouring nodes beside one another.
+struct Turns {
+    /// The normals of the row before, as far as this one is not there yet.
+    row: [[f64; 3]; MOST_NODES],
+    creased: bool,
+}
+
+impl Default for Turns {
+    fn default() -> Self {
+        Self { row: [[0.0; 3]; MOST_NODES], creased: false }
+    }
+}
+
+impl Turns {
+    /// The next normal, in this column.
+    fn see(&mut self, column: usize, normal: [f64; 3]) {
+        let product = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let turned = |a: [f64; 3]| product(a, normal) < -BLUR * product(a, a).max(product(normal, normal));
+        let beside =
+            column.checked_sub(1).and_then(|before| self.row.get(before)).is_some_and(|&n| turned(n));
+        if let Some(place) = self.row.get_mut(column) {
+            self.creased |= beside || turned(*place);
+            *place = normal;
+        }
+    }
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// How much work an area is worth.
+#[derive(Clone, Copy)]
+pub(super) enum Effort {
+    /// It is asked for again and again while it is kept or brought to a value.
+    Keeping,
+    /// It is told once: more halvings, until the rules agree to this part of the whole.
+    Telling(f64),
 }
 
 /// An area, and a bound (as a rule) of its error.

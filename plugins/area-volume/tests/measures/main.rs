@@ -18,5 +18,6 @@ mod polyline;
 mod recipes;
 mod samples;
 mod sessions;
+mod told;
 mod trims;
 mod values;
