@@ -166,7 +166,10 @@ fn side(turn: &impl Fn(isize) -> Turn, j: isize, least: f64, n: usize, step: isi
         let flank = next.with(&here);
         peak = peak.max(here.angle);
         if flank <= least {
-            return Some(Side { edge: here.angle, flank, behind: turn(last + 2 * step).with(&next), peak });
+            let behind = turn(last + 2 * step).with(&next);
+            // What turns as sharply behind a flank is the next corner, and no turn that falls off: between two corners a flank is whatever rounding left of it.
+            let behind = if behind > least { behind.min(flank) } else { behind };
+            return Some(Side { edge: here.angle, flank, behind, peak });
         }
         last += step;
     }
@@ -234,6 +237,42 @@ mod tests {
         }
         assert!(Corners::Angle(1.6).find(&polygon(&square, 7), true, 1e-4).is_empty());
         assert!(Corners::None.find(&polygon(&square, 7), true, 1e-4).is_empty());
+    }
+
+    /// Sides of one point between corners are straight to rounding, or to what an outline is printed with, and turn one way or the other by that.
+    #[test]
+    fn corners_with_one_point_between_them_are_corners() {
+        for (sides, off) in
+            [(3, 0.0), (3, 1e-9), (3, 1e-5), (3, 1e-3), (4, 1e-9), (4, 1e-3), (5, 1e-9), (5, 1e-3)]
+        {
+            for sense in [1.0, -1.0] {
+                let corner = |i: usize| {
+                    let a = std::f64::consts::TAU * i as f64 / sides as f64;
+                    Vector::new(a.cos(), a.sin(), 0.0)
+                };
+                let ring: Vec<Vector> = (0..2 * sides)
+                    .map(|k| match k % 2 {
+                        0 => corner(k / 2),
+                        _ => (corner(k / 2) + corner(k / 2 + 1)) * (0.5 * (1.0 + sense * off)),
+                    })
+                    .collect();
+                let corners: Vec<usize> = (0..sides).map(|k| 2 * k).collect();
+                assert_eq!(Corners::Auto.find(&ring, true, 1e-4), corners, "{sides} {off:e} {sense}");
+            }
+        }
+        // 128° between legs of 1060 and 5970 tolerances, with a point on each side, as a program printed it.
+        let outline: Vec<Vector> = [
+            (-5938.14526042387, 10161.457581268467),
+            (-4676.699536000648, -5926.375051325225),
+            (-4646.742928192168, -6308.36981332745),
+            (8942.439781744677, -1756.605410630642),
+            (12261.78361605135, -644.3615219895319),
+            (-4222.989536363662, 10160.505614545315),
+            (-6031.013558400202, 11345.318824151644),
+        ]
+        .map(|(x, y)| Vector::new(x, y, 0.0))
+        .to_vec();
+        assert_eq!(Corners::Auto.find(&outline, true, 3.293), [2, 4, 6]);
     }
 
     /// A point of a smooth side may be within the tolerance of the corner: the corner is where it is, on whichever side that point lies, wherever the chain begins.
