@@ -71,7 +71,7 @@ pub const FIELDS: &[Field] = &[
     ),
     Field::optional(
         "objects[].brep",
-        "{ vertices, edges, faces, shells, solids }; a vertex { at, tolerance }, an edge { curve, from, to, vertices, tolerance, form }, a face { name, color, surface, form, reversed, loops, points }, in a loop { edge, reversed, parameters }, a solid { name, outer, voids }, a form { kind, origin, x, z, radius, radii, angle, major, minor }",
+        "{ vertices, edges, faces, shells, solids }; a vertex { at, tolerance }, an edge { curve, from, to, vertices, tolerance, form }, a face { name, color, surface, form, reversed, loops, points }, in a loop { edge, reversed, parameters }, a solid { name, outer, voids }, a form { kind, origin, x, z, radius, radii, angle, major, minor, focal, along, profile }",
         "one shape is needed",
         "faces that share edges",
     ),
