@@ -108,15 +108,16 @@ impl Operation for CutBy {
             let at = format!("({}, {}, {})", xs[k], ys[k], zs[k]);
             let mut all = Level::default();
             for part in &parts {
-                let found = part_cut(part, plane, &options, &at, unit, standing.most())?;
+                let own = part.own(plane)?;
+                let found = part_cut(part, &own, &options, &at, unit, standing.most())?;
                 if let Some(off) = found.distance {
                     let off = part.standing.most() * off;
                     distance = Some(off.max(distance.unwrap_or(0.0)));
                 }
                 let name = part.within(object).map_or_else(|| name.clone(), |part| format!("{name} {part}"));
                 // As large as it stands.
-                let larger = part.standing.of_areas_across(&part.own(plane)?.normal())
-                    * standing.of_areas_across(&plane.normal());
+                let larger =
+                    part.standing.of_areas_across(&own.normal()) * standing.of_areas_across(&plane.normal());
                 all.add(part, found, larger, &name, &mut pieces, &mut notes)?;
             }
             notes.close(&at, &all, parts.len(), unit);
@@ -168,7 +169,7 @@ impl Operation for CutBy {
     }
 }
 
-/// What a plane cuts from a part, which is told in the coordinates of the whole.
+/// What a plane, in a part's own coordinates, cuts from it, which is told in the coordinates of the whole.
 fn part_cut(
     part: &Part<'_>,
     plane: &Plane,
@@ -181,7 +182,7 @@ fn part_cut(
     let own = Options { tolerance: options.tolerance.map(|tolerance| tolerance / most) };
     let seen = |p: &loftsman_kernel::Point| place(&part.seen(p));
     let how = Telling { at, unit, longer: longer * most, seen: &seen };
-    let found = cut(&part.geometry, &part.own(plane)?, &own, &how);
+    let found = cut(&part.geometry, plane, &own, &how);
     match &part.name {
         Some(name) => found.map_err(|e| Error::Invalid(format!("\"{name}\": {e}")).into()),
         None => found,
