@@ -3,9 +3,10 @@
 use loftsman_kernel::plugin::Registry;
 
 /// A name elsewhere, and the operation.
-const NAMES: [(&str, &str); 32] = [
+const NAMES: [(&str, &str); 33] = [
     ("append", "merge"),
     ("approximate", "fit"),
+    ("array", "copy"),
     ("bisect", "section"),
     ("blend", "match"),
     ("clip", "section"),
@@ -37,6 +38,36 @@ const NAMES: [(&str, &str); 32] = [
     ("translate", "transform"),
     ("triangulate", "tessellate"),
 ];
+
+const OF_SOLIDS: &str = "solids are read, edited, cut and written, but none is made of others, rounded or healed: that is for a CAD program, before or after";
+const OF_MESHES: &str = "meshes are edited with the points and faces that they have: other ones are for Blender or MeshLab, before or after";
+const OF_LOOPS: &str =
+    "trimmed surfaces keep the loops that they come with, or none (untrim); a curve is cut in two by split";
+
+/// What other programs do and no operation here, with what to do instead.
+const ABSENT: [(&str, &str); 15] = [
+    ("boolean", OF_SOLIDS),
+    ("chamfer", OF_SOLIDS),
+    ("decimate", OF_MESHES),
+    ("difference", OF_SOLIDS),
+    ("fillet", OF_SOLIDS),
+    ("heal", OF_SOLIDS),
+    ("remesh", OF_MESHES),
+    ("round", OF_SOLIDS),
+    ("sew", OF_SOLIDS),
+    ("shell", OF_SOLIDS),
+    ("subtract", OF_SOLIDS),
+    ("trim", OF_LOOPS),
+    ("union", OF_SOLIDS),
+    ("voxel", OF_MESHES),
+    ("weld", OF_MESHES),
+];
+
+/// Why there is no operation of this name, and what to do instead, where it is one that others have.
+pub(crate) fn absent(name: &str) -> Option<&'static str> {
+    let name = name.to_lowercase();
+    ABSENT.iter().find(|(other, _)| *other == name).map(|(_, why)| *why)
+}
 
 /// The operation that other programs call so, where it is registered.
 pub(crate) fn called(name: &str, registry: &Registry) -> Option<&'static str> {
@@ -72,7 +103,11 @@ mod tests {
             assert!(called(other, registry).is_some_and(|name| ours.contains(&name)), "{other}");
         }
         assert_eq!((called("Slice", registry), called("edit", registry)), (Some("section"), None));
-        assert!(NAMES.is_sorted());
+        for (other, _) in ABSENT {
+            assert!(!ours.contains(&other) && called(other, registry).is_none(), "{other}");
+        }
+        assert!(NAMES.is_sorted() && ABSENT.is_sorted());
+        assert_eq!((absent("Fillet"), absent("edit")), (Some(OF_SOLIDS), None));
         assert_eq!(called("slice", &Registry::new()), None);
     }
 }

@@ -361,6 +361,8 @@ impl<'a> Runner<'a> {
         self.registry.find_operation(op, &format!("step[{number}].op")).map_err(|e| {
             let ours = elsewhere::called(op, self.registry);
             let problem = ours.map(|ours| format!("unknown operation \"{op}\"; did you mean \"{ours}\"?"));
+            let problem =
+                problem.or_else(|| elsewhere::absent(op).map(|why| format!("no operation \"{op}\": {why}")));
             recipe.error(e.path, problem.unwrap_or(e.problem))
         })
     }

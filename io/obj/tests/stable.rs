@@ -203,6 +203,31 @@ fn colours_of_objects_come_back_to_the_bit_and_others_see_them_as_materials() {
     assert_eq!((back.objects()[0].color, back.materials.iter().count()), (Some(blue), 0));
 }
 
+/// Lines of two to four points, closed or not, and vertices' colours whose sRGB is no short number: written again, the file is the same.
+#[test]
+fn short_closed_lines_and_vertices_colours_are_written_alike_again() {
+    let mut random = Lcg::new(7);
+    for case in 0..400 {
+        let mut scene = Scene::new();
+        let count = 2 + case % 3;
+        let points: Vec<Point> =
+            (0..count + 3).map(|_| Point::new(random.next(), random.next(), random.next())).collect();
+        let line = Polyline { points: points[3..].to_vec(), closed: case % 2 == 0 };
+        scene.add(Object::new("line", line.into())).unwrap();
+        let mut mesh = Mesh::new(points[..3].to_vec(), &[[0, 1, 2]]).unwrap();
+        let colors = (0..3).map(|_| [0.0; 3].map(|_| random.next().abs()));
+        let colors = colors.map(|[r, g, b]| [r, g, b, 1.0]).collect();
+        mesh.colors = loftsman_kernel::mesh::Layer::per_point(colors);
+        scene.add(Object::new("mesh", mesh.into())).unwrap();
+
+        let first = written(&scene, &WriteOptions::default());
+        let back = read(&first);
+        let Geometry::Polyline(line) = back.object("line").unwrap().geometry() else { panic!("case {case}") };
+        assert_eq!((line.points.len(), line.closed), (count, case % 2 == 0), "case {case}");
+        assert!(written(&back, &WriteOptions::default()).bytes == first.bytes, "case {case}");
+    }
+}
+
 #[test]
 fn a_mesh_that_somebody_has_changed_beside_its_surface_is_an_object_of_its_own() {
     let scene = spline_scene(1, 2);

@@ -271,6 +271,50 @@ fn loops_beside_one_another_and_edges_off_their_surface_are_told() {
     );
 }
 
+/// Which way loops run, and what lies within what: each told by itself, and none of what is right.
+#[test]
+fn loops_that_run_the_wrong_way_cross_or_lie_in_holes_are_told() {
+    let square = |x: f64, y: f64, a: f64| [[x, y, 0.0], [x + a, y, 0.0], [x + a, y + a, 0.0], [x, y + a, 0.0]];
+    let turned = |mut corners: [[f64; 3]; 4]| {
+        corners.reverse();
+        corners
+    };
+    let outer = square(0.0, 0.0, 10.0);
+    let hole = turned(square(2.0, 2.0, 4.0));
+    let others: [(&[&[[f64; 3]]], &str); 7] = [
+        (&[&turned(outer)], "#102: its outer loop runs clockwise about its normal"),
+        (&[&turned(outer), &square(2.0, 2.0, 4.0)], "#102: its outer loop runs clockwise about its normal"),
+        (&[&outer, &square(2.0, 2.0, 4.0)], "#102: a hole of it runs the way of its outer loop"),
+        (&[&outer, &hole, &square(3.0, 3.0, 1.0)], "#102: a loop of it, around an area of 1, lies within a hole"),
+        (&[&square(3.0, 3.0, 1.0), &hole, &outer], "#102: a loop of it, around an area of 1, lies within a hole"),
+        (
+            &[&outer, &turned(square(9.0, 3.0, 4.0))],
+            "#102: a loop of it, around an area of 16, lies partly outside the largest: it crosses that",
+        ),
+        // Beside a hole, which ends where it begins.
+        (&[&outer, &hole, &turned(square(6.0, 6.0, 2.0))], ""),
+    ];
+    for (loops, expected) in others {
+        let told = polygons(loops);
+        assert_eq!(told.len(), usize::from(!expected.is_empty()), "{told:?}");
+        assert!(
+            told.iter().all(|told| told.starts_with(expected) && !told.contains("; a ")),
+            "{expected}: {told:?}"
+        );
+    }
+    // A thousand holes, every tenth with an island.
+    let holes: Vec<[[f64; 3]; 4]> =
+        (0..1000).map(|k| turned(square(0.3 * f64::from(k % 33), 0.3 * f64::from(k / 33), 0.2))).collect();
+    let frame = square(-1.0, -1.0, 12.0);
+    let inner: Vec<[[f64; 3]; 4]> =
+        holes.iter().step_by(10).map(|[_, _, _, [x, y, _]]| square(x + 0.05, y + 0.05, 0.1)).collect();
+    let all: Vec<&[[f64; 3]]> =
+        std::iter::once(&frame).chain(&holes).chain(&inner).map(|square| &square[..]).collect();
+    let told = polygons(&all);
+    assert!(told.len() == 1 && told[0].starts_with("#102: 100 loops of it, around areas of "), "{told:?}");
+    assert!(told[0].ends_with("lie within holes: they are kept as islands there, parts of the face"), "{told:?}");
+}
+
 /// A free-form surface moved along its normal is no spline: what is read is near to it, at the same parameters, and says how near.
 #[test]
 fn offsets_of_free_form_surfaces_are_approximated_and_told() {
@@ -426,7 +470,9 @@ fn loops_beside_one_another_on_curved_faces_are_told() {
     // A panel of the cylinder, with a hole and with another panel beside it.
     let panel = |other: ([f64; 2], [f64; 2])| {
         let mut text = Text::default();
-        let bounds = [text.window(2.0, [-60.0, 60.0], [0.0, 10.0]), text.window(2.0, other.0, other.1)];
+        // A hole runs the other way.
+        let ([from, to], heights) = other;
+        let bounds = [text.window(2.0, [-60.0, 60.0], [0.0, 10.0]), text.window(2.0, [to, from], heights)];
         text.told(&bounds, cylinder)
     };
     assert_eq!(panel(([-20.0, 20.0], [3.0, 5.0])), [""; 0]);

@@ -28,7 +28,7 @@ pub use closest::FacePlace;
 pub use flaws::Flaw;
 pub use form::{CurveForm, Frame, SurfaceForm};
 pub use loose::{Moving, Opening};
-pub use nesting::is_around;
+pub use nesting::{LoopFlaw, is_around};
 pub use parts::{Edge, Face, Parts, Shell, Solid, Use, Vertex};
 pub use projection::Projected;
 

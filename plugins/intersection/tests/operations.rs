@@ -770,6 +770,16 @@ fn a_group_and_an_instance_are_cut_part_by_part() {
     let names: Vec<&str> = one.objects()[known..].iter().map(Object::name).collect();
     assert!(names.contains(&"second section pipe") && names.contains(&"second section cube"), "{names:?}");
 
+    // Which is meant must be said where there are several, groups and instances among them; a single one need not be named.
+    let mut several = scene.clone();
+    let error = run(&mut several, "section", json!({ "axis": "z", "at": 1 })).unwrap_err();
+    assert!(["whole", "first", "second", "beside"].iter().all(|name| error.contains(name)), "{error}");
+    for name in ["whole", "first", "unseen", "beside"] {
+        several.remove(name).unwrap();
+    }
+    let report = run(&mut several, "section", json!({ "axis": "z", "count": 3 })).unwrap();
+    assert_eq!(report.numbers["planes"].as_array().unwrap().len(), 3);
+
     // What shows nothing, or nothing that is seen.
     let mut hidden = scene.clone();
     hidden.object_mut("first").unwrap().layer = Some("construction".into());

@@ -145,6 +145,9 @@ impl Known {
                 "nothing is called {name}; what comes nearest to it is {ours}: see loftsman plugins {ours}"
             );
         }
+        if let Some(why) = recipe::elsewhere::absent(name) {
+            return format!("nothing is called {name}: {why}");
+        }
         let speak = self.speaking_of(name);
         if let [first, ..] = &speak[..] {
             return format!(

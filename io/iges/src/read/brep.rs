@@ -321,7 +321,9 @@ impl<'a, 'r, 'f> Builder<'a, 'r, 'f> {
         let mut brep = Brep::new(self.parts).at(place)?;
         let (mut notes, number) = (self.notes, |place: usize| self.reader.file.number(place));
         for (face, &place) in self.face_places.iter().enumerate() {
-            notes.extend(brep.beside_told(face).at(place)?.map(|told| format!("D{}: {told}", number(place))));
+            notes.extend(
+                brep.loops_told(face, true).at(place)?.map(|told| format!("D{}: {told}", number(place))),
+            );
         }
         if let Some(told) = Flaw::told(&brep.misplaced().at(place)?) {
             let states = loftsman_kernel::text::short(self.reader.file.global.resolution);

@@ -144,7 +144,7 @@ impl<'a, 'r, 'f> OneFace<'a, 'r, 'f> {
             points: Vec::new(),
         });
         let brep = Brep::new(self.parts).at(self.place)?;
-        if let Some(told) = brep.beside_told(0).at(self.place)? {
+        if let Some(told) = brep.loops_told(0, false).at(self.place)? {
             self.reader.change(self.place, &told);
         }
         Ok(brep)

@@ -249,7 +249,8 @@ impl Reader {
 
     /// A chain of lines; a mesh of nothing else where its vertices have colours, which a polyline cannot.
     fn polyline(&self, chain: &[u32], uses: &mut Uses) -> loftsman_kernel::Result<Geometry> {
-        let closed = chain.len() > 3 && chain.first() == chain.last();
+        // There and back is a closed line of two points.
+        let closed = chain.len() > 2 && chain.first() == chain.last();
         let chain = &chain[..chain.len() - usize::from(closed)];
         let points: Vec<Point> = chain.iter().map(|&v| self.point(v, uses)).collect();
         Ok(match self.colors(chain, uses) {

@@ -525,7 +525,7 @@ impl<'r, 'f> Builder<'r, 'f> {
         let Self { parts, whole, alone, parameters, problems, mut notes, .. } = self;
         let brep = Brep::new(parts).at(number)?;
         for (face, number) in whole.iter().enumerate() {
-            notes.extend(brep.beside_told(face).at(*number)?.map(|told| format!("#{number}: {told}")));
+            notes.extend(brep.loops_told(face, true).at(*number)?.map(|told| format!("#{number}: {told}")));
         }
         if let Some(told) = Flaw::told(&brep.misplaced().at(number)?) {
             let states = loftsman_kernel::text::short(tolerance);

@@ -79,15 +79,20 @@ impl Operation for CutBy {
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
         parameters.check(self.declaration().fields)?;
-        // Polylines, which sections of meshes are, are meant where there is nothing else; groups and instances by name.
-        let none = !scene.objects().iter().any(|object| is_cut(object.geometry()));
-        let named = parameters.has("object");
+        // Polylines, which sections of meshes are, are meant where there is no shape; groups and instances where there is nothing else, or with the shapes
+        // that a step must choose from.
+        let count = |fits: fn(&Geometry) -> bool| {
+            scene.objects().iter().filter(|object| fits(object.geometry())).take(2).count()
+        };
+        let shapes = count(is_cut);
+        let lines = count(|g| matches!(g, Geometry::Polyline(_)));
         let fits = |g: &Geometry| match g {
-            Geometry::Polyline(_) => none,
-            Geometry::Group | Geometry::Instance(_) => named,
+            Geometry::Polyline(_) => shapes == 0,
+            Geometry::Group | Geometry::Instance(_) => shapes > 1 || (shapes == 0 && lines == 0),
             other => is_cut(other),
         };
-        let object = &object_name(scene, parameters, fits, "brep, surface, mesh, curve or polyline")?;
+        let object =
+            &object_name(scene, parameters, fits, "brep, surface, mesh, curve, polyline, group or instance")?;
         let name = base_name(parameters, object, "section")?;
         let options = Options { tolerance: tolerance(parameters)? };
         scene.object(object).map_err(|e| parameters.error("object", e.to_string()))?;
