@@ -2,6 +2,7 @@
 
 use super::SolveError;
 use super::metric::SystemMetric;
+use super::order::narrow;
 use super::system::{SparseRows, System};
 
 /// Rank and condition of a system, and the rows that were left out.
@@ -230,10 +231,8 @@ impl Reflections {
 impl Block {
     fn new(rows: &SparseRows, mut members: Vec<usize>, columns: Vec<u32>, tolerance: f64) -> Self {
         let (count, m) = (members.len(), columns.len());
-        if count * m > LARGE {
-            // Neighbours side by side: each reflection meets a few rows only, and what they come to.
-            members.sort_by_key(|&row| rows.row(row).0.first().copied());
-        }
+        let place =
+            if count * m > LARGE { side_by_side(rows, &mut members, &columns) } else { (0..m).collect() };
         let mut work = vec![0.0; count * m];
         let mut scale = Vec::with_capacity(count);
         let mut spans: Vec<Span> = Vec::with_capacity(count);
@@ -246,8 +245,9 @@ impl Block {
                 let column = column as u32;
                 // Most often the one after the last.
                 let is_next = columns.get(next) == Some(&column);
-                let at = if is_next { next } else { columns.binary_search(&column).unwrap_or(0) };
-                next = at + 1;
+                let found = if is_next { next } else { columns.binary_search(&column).unwrap_or(0) };
+                next = found + 1;
+                let at = place[found];
                 // Divide rather than multiply: the reciprocal of a subnormal overflows.
                 work[i * m + at] += if norm > 0.0 { value / norm } else { 0.0 };
                 (low, high) = (low.min(at), high.max(at + 1));
@@ -256,6 +256,9 @@ impl Block {
             let square = work[i * m + low.min(high)..i * m + high].iter().map(|v| v * v).sum();
             spans.push(Span { low, high, square });
         }
+        let mut placed = vec![0; m];
+        columns.iter().zip(&place).for_each(|(&column, &at)| placed[at] = column);
+        let columns = placed;
         let mut diagonal = Vec::new();
         let mut beta = Vec::new();
         let mut rank = 0;
@@ -394,6 +397,37 @@ impl Block {
         };
         (grow(false).sqrt(), 1.0 / grow(true).sqrt())
     }
+}
+
+/// Puts rows that share columns side by side, so that each reflection meets a few rows only, and what they come to; returns the place of
+/// each of the `columns`, which ascend. Columns are as they are where that keeps the entries of each row closest together, or else (of an
+/// edge of a surface whose neighbours are far apart by number) by the first row that touches them in an order that keeps the rows narrow.
+/// Rows with the same first place stay in their order.
+fn side_by_side(rows: &SparseRows, members: &mut Vec<usize>, columns: &[u32]) -> Vec<usize> {
+    let found = |column: usize| columns.binary_search(&(column as u32)).unwrap_or(0);
+    let mut place: Vec<usize> = (0..columns.len()).collect();
+    let (mut turned, mut next) = (vec![usize::MAX; columns.len()], 0);
+    for row in narrow(rows, members.iter().map(|&row| row as u32).collect()).0 {
+        for (column, _) in rows.iter_row(row as usize) {
+            let at = &mut turned[found(column)];
+            if *at == usize::MAX {
+                *at = next;
+                next += 1;
+            }
+        }
+    }
+    let ends = |row: usize, place: &[usize]| {
+        let places = rows.iter_row(row).map(|(column, _)| place[found(column)]);
+        places.fold((usize::MAX, 0), |(low, high), at| (low.min(at), high.max(at)))
+    };
+    let width = |place: &[usize]| {
+        members.iter().map(|&row| ends(row, place)).map(|(low, high)| high.saturating_sub(low)).sum::<usize>()
+    };
+    if width(&turned) < width(&place) {
+        place = turned;
+    }
+    members.sort_by_cached_key(|&row| ends(row, &place).0);
+    place
 }
 
 /// Moves row `from` up to place `to`, the rows between one down.
