@@ -499,3 +499,68 @@ pub(crate) fn reduce(system: &System, solver: &str) -> Result<(Vec<usize>, Vec<D
 pub(crate) fn condition_of(rows: &SparseRows, kept: &[usize]) -> f64 {
     Reflections::new(rows, kept.iter().copied(), 0.0, "").map_or(f64::INFINITY, |r| r.condition())
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use super::*;
+
+    /// Rows along an edge of a surface, that touch three strips of columns which are far apart by number, one of them twice: the same rank, the later one of
+    /// the two left out, and the same least answer, as where the columns are numbered side by side.
+    #[test]
+    fn rows_along_an_edge_are_put_side_by_side() {
+        const LENGTH: usize = 150;
+        let system = |number: &dyn Fn(usize, usize) -> usize| {
+            let mut rows = SparseRows::new(3 * (LENGTH + 3));
+            let row = |k: usize, strip: usize| {
+                let at = move |j: usize| 1.0 / (1.0 + (7 * k + 3 * j + strip) as f64 % 5.0);
+                (0..=strip).flat_map(move |s| (0..4).map(move |j| (s, k + j, at(j + s))))
+            };
+            for strip in 0..3 {
+                for k in 0..LENGTH {
+                    let mut all: Vec<_> = row(k, strip).map(|(s, j, v)| (number(s, j), v)).collect();
+                    all.sort_by_key(|(column, _)| *column);
+                    rows.push(all);
+                }
+            }
+            let mut again: Vec<_> = row(70, 2).map(|(s, j, v)| (number(s, j), 2.0 * v)).collect();
+            again.sort_by_key(|(column, _)| *column);
+            rows.push(again);
+            rows
+        };
+        let strips = |s: usize, j: usize| s * (LENGTH + 3) + j;
+        let beside = |s: usize, j: usize| 3 * j + s;
+        let mut answers = Vec::new();
+        for number in [&strips as &dyn Fn(usize, usize) -> usize, &beside] {
+            let rows = system(number);
+            let found = Reflections::new(&rows, 0..rows.len(), 1e-12, "").unwrap();
+            assert_eq!(found.rank(), 3 * LENGTH);
+            let dependencies = found.dependencies();
+            assert_eq!(dependencies.iter().map(|d| d.row).collect::<Vec<_>>(), [3 * LENGTH]);
+            let combination = &dependencies[0].combination;
+            assert!(combination.len() == 1 && combination[0].0 == 2 * LENGTH + 70, "{combination:?}");
+            assert!((combination[0].1 - 2.0).abs() < 1e-12, "{combination:?}");
+            let rhs: Vec<f64> = (0..=3 * LENGTH).map(|i| (i as f64).sin()).collect();
+            let (mut answer, mut work) = (vec![0.0; rows.width()], vec![0.0; found.scratch()]);
+            found.solve_into(&rhs, 1, &mut answer, &mut work);
+            answers.push(
+                (0..LENGTH + 3)
+                    .flat_map(|j| (0..3).map(move |s| (s, j)))
+                    .map(|(s, j)| answer[number(s, j)])
+                    .collect::<Vec<_>>(),
+            );
+            // Rows meet few columns: those that are far apart by number are put side by side.
+            let mut members: Vec<usize> = (0..3 * LENGTH).collect();
+            let columns: Vec<u32> = (0..rows.width() as u32).collect();
+            let place = side_by_side(&rows, &mut members, &columns);
+            let ends = |row: usize| rows.iter_row(row).map(|(column, _)| place[column]);
+            let widest =
+                members.iter().map(|&row| ends(row).max().unwrap_or(0) - ends(row).min().unwrap_or(0)).max();
+            assert!(widest < Some(60), "{widest:?}");
+        }
+        let largest = answers[0].iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        for (x, y) in answers[0].iter().zip(&answers[1]) {
+            assert!((x - y).abs() < 1e-7 * largest, "{x} {y}");
+        }
+    }
+}
