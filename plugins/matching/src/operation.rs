@@ -32,6 +32,8 @@ use remedy::{Refused, Why};
 const TOLERANCE: f64 = 1e-4;
 /// The most control vertices along the edge, or twice as many as it had, with continuity 0, 1 and 2.
 const MOST: [usize; 3] = [256, 192, 128];
+/// So many control vertices along the edge are tried with a surface's own knots alone before those of the other edge are, with continuity 2.
+const ENOUGH: usize = 64;
 /// Knots stop where estimates, which are rough, say that this many times as many control vertices would be needed.
 const DOUBTFUL: usize = 2;
 /// Spans that are shorter than this part of the domain are not halved.
@@ -357,20 +359,29 @@ impl Asked {
         }
         let start = self.with_rows(surface, along.other())?;
         if !self.refine {
-            return self.from(start, &case, context, work);
+            return self.from(start, usize::MAX, &case, context, work);
         }
         let (refined, exact) = as_the_other(&start, along, edge, &there, self.free)?
             .map_or((None, false), |found| (Some(found.0), found.1));
         match refined {
-            None => self.from(start, &case, context, work),
-            Some(refined) if exact => self.from(refined, &case, context, work),
+            None => self.from(start, usize::MAX, &case, context, work),
+            Some(refined) if exact => self.from(refined, usize::MAX, &case, context, work),
             Some(refined) => {
-                let first = match self.from(start, &case, context, work)? {
+                // With curvature each round is work by the square: its own knots are tried as long as they are not many more than those of both.
+                // A closed edge that begins between the other's knots has no use for these.
+                let together = self.continuity > 1 && !(self.free && self.starts_between(surface, other)?);
+                let as_many =
+                    if together { (2 * refined.space(along).len()).max(ENOUGH) } else { usize::MAX };
+                let first = match self.from(start, as_many, &case, context, work)? {
                     Ok(made) => return Ok(Ok(made)),
+                    // How many would be needed was not asked for all that may be.
+                    Err(refused) if as_many < usize::MAX && matches!(refused.why, Why::Needs { .. }) => {
+                        Refused { why: Why::Limits, ..refused }
+                    }
                     Err(refused) => refused,
                 };
                 // With other weights it is not that curve, but bends and has corners where that does.
-                match self.from(refined, &case, context, work) {
+                match self.from(refined, usize::MAX, &case, context, work) {
                     Ok(Err(refused)) => Ok(Err(if refused.worst.is_some() { refused } else { first })),
                     Ok(made) => Ok(made),
                     Err(_) => {
@@ -383,10 +394,11 @@ impl Asked {
         }
     }
 
-    /// From a surface with these knots on.
+    /// From a surface with these knots on, to so many control vertices along the edge at most.
     fn from(
         &self,
         mut start: Surface,
+        as_many: usize,
         case: &Case<'_>,
         context: &Context<'_>,
         work: &mut Work,
@@ -394,7 +406,7 @@ impl Asked {
         let Case { surface, other, along, size, distance, before, .. } = *case;
         // What the equations leave between is judged here, by the limits: no curvature is too much beside a flat surface either.
         let lax = Limits { distance: Some(1e6 * size), angle: std::f64::consts::TAU, curvature: 1e200 };
-        let most = MOST[self.continuity].max(2 * surface.space(along).len());
+        let most = MOST[self.continuity].max(2 * surface.space(along).len()).min(as_many);
         let (mut history, mut cornered) = (History::default(), false);
         loop {
             let count = start.space(along).len();
