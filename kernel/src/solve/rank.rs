@@ -403,7 +403,7 @@ impl Block {
 /// each of the `columns`, which ascend. Columns are as they are where that keeps the entries of each row closest together, or else (of an
 /// edge of a surface whose neighbours are far apart by number) by the first row that touches them in an order that keeps the rows narrow.
 /// Rows with the same first place stay in their order.
-fn side_by_side(rows: &SparseRows, members: &mut Vec<usize>, columns: &[u32]) -> Vec<usize> {
+fn side_by_side(rows: &SparseRows, members: &mut [usize], columns: &[u32]) -> Vec<usize> {
     let found = |column: usize| columns.binary_search(&(column as u32)).unwrap_or(0);
     let mut place: Vec<usize> = (0..columns.len()).collect();
     let (mut turned, mut next) = (vec![usize::MAX; columns.len()], 0);
