@@ -2,6 +2,7 @@
 
 use super::SolveError;
 use super::metric::SystemMetric;
+use super::order::narrow;
 use super::system::{SparseRows, System};
 
 /// Rank and condition of a system, and the rows that were left out.
@@ -230,10 +231,8 @@ impl Reflections {
 impl Block {
     fn new(rows: &SparseRows, mut members: Vec<usize>, columns: Vec<u32>, tolerance: f64) -> Self {
         let (count, m) = (members.len(), columns.len());
-        if count * m > LARGE {
-            // Neighbours side by side: each reflection meets a few rows only, and what they come to.
-            members.sort_by_key(|&row| rows.row(row).0.first().copied());
-        }
+        let place =
+            if count * m > LARGE { side_by_side(rows, &mut members, &columns) } else { (0..m).collect() };
         let mut work = vec![0.0; count * m];
         let mut scale = Vec::with_capacity(count);
         let mut spans: Vec<Span> = Vec::with_capacity(count);
@@ -246,8 +245,9 @@ impl Block {
                 let column = column as u32;
                 // Most often the one after the last.
                 let is_next = columns.get(next) == Some(&column);
-                let at = if is_next { next } else { columns.binary_search(&column).unwrap_or(0) };
-                next = at + 1;
+                let found = if is_next { next } else { columns.binary_search(&column).unwrap_or(0) };
+                next = found + 1;
+                let at = place[found];
                 // Divide rather than multiply: the reciprocal of a subnormal overflows.
                 work[i * m + at] += if norm > 0.0 { value / norm } else { 0.0 };
                 (low, high) = (low.min(at), high.max(at + 1));
@@ -256,6 +256,9 @@ impl Block {
             let square = work[i * m + low.min(high)..i * m + high].iter().map(|v| v * v).sum();
             spans.push(Span { low, high, square });
         }
+        let mut placed = vec![0; m];
+        columns.iter().zip(&place).for_each(|(&column, &at)| placed[at] = column);
+        let columns = placed;
         let mut diagonal = Vec::new();
         let mut beta = Vec::new();
         let mut rank = 0;
@@ -396,6 +399,37 @@ impl Block {
     }
 }
 
+/// Puts rows that share columns side by side, so that each reflection meets a few rows only, and what they come to; returns the place of
+/// each of the `columns`, which ascend. Columns are as they are where that keeps the entries of each row closest together, or else (of an
+/// edge of a surface whose neighbours are far apart by number) by the first row that touches them in an order that keeps the rows narrow.
+/// Rows with the same first place stay in their order.
+fn side_by_side(rows: &SparseRows, members: &mut [usize], columns: &[u32]) -> Vec<usize> {
+    let found = |column: usize| columns.binary_search(&(column as u32)).unwrap_or(0);
+    let mut place: Vec<usize> = (0..columns.len()).collect();
+    let (mut turned, mut next) = (vec![usize::MAX; columns.len()], 0);
+    for row in narrow(rows, members.iter().map(|&row| row as u32).collect()).0 {
+        for (column, _) in rows.iter_row(row as usize) {
+            let at = &mut turned[found(column)];
+            if *at == usize::MAX {
+                *at = next;
+                next += 1;
+            }
+        }
+    }
+    let ends = |row: usize, place: &[usize]| {
+        let places = rows.iter_row(row).map(|(column, _)| place[found(column)]);
+        places.fold((usize::MAX, 0), |(low, high), at| (low.min(at), high.max(at)))
+    };
+    let width = |place: &[usize]| {
+        members.iter().map(|&row| ends(row, place)).map(|(low, high)| high.saturating_sub(low)).sum::<usize>()
+    };
+    if width(&turned) < width(&place) {
+        place = turned;
+    }
+    members.sort_by_cached_key(|&row| ends(row, &place).0);
+    place
+}
+
 /// Moves row `from` up to place `to`, the rows between one down.
 fn rotate_row(work: &mut [f64], m: usize, to: usize, from: usize) {
     if from > to {
@@ -464,4 +498,69 @@ pub(crate) fn reduce(system: &System, solver: &str) -> Result<(Vec<usize>, Vec<D
 /// Estimate of the condition number of some rows that are independent.
 pub(crate) fn condition_of(rows: &SparseRows, kept: &[usize]) -> f64 {
     Reflections::new(rows, kept.iter().copied(), 0.0, "").map_or(f64::INFINITY, |r| r.condition())
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use super::*;
+
+    /// Rows along an edge of a surface, that touch three strips of columns which are far apart by number, one of them twice: the same rank, the later one of
+    /// the two left out, and the same least answer, as where the columns are numbered side by side.
+    #[test]
+    fn rows_along_an_edge_are_put_side_by_side() {
+        const LENGTH: usize = 150;
+        let system = |number: &dyn Fn(usize, usize) -> usize| {
+            let mut rows = SparseRows::new(3 * (LENGTH + 3));
+            let row = |k: usize, strip: usize| {
+                let at = move |j: usize| 1.0 / (1.0 + (7 * k + 3 * j + strip) as f64 % 5.0);
+                (0..=strip).flat_map(move |s| (0..4).map(move |j| (s, k + j, at(j + s))))
+            };
+            for strip in 0..3 {
+                for k in 0..LENGTH {
+                    let mut all: Vec<_> = row(k, strip).map(|(s, j, v)| (number(s, j), v)).collect();
+                    all.sort_by_key(|(column, _)| *column);
+                    rows.push(all);
+                }
+            }
+            let mut again: Vec<_> = row(70, 2).map(|(s, j, v)| (number(s, j), 2.0 * v)).collect();
+            again.sort_by_key(|(column, _)| *column);
+            rows.push(again);
+            rows
+        };
+        let strips = |s: usize, j: usize| s * (LENGTH + 3) + j;
+        let beside = |s: usize, j: usize| 3 * j + s;
+        let mut answers = Vec::new();
+        for number in [&strips as &dyn Fn(usize, usize) -> usize, &beside] {
+            let rows = system(number);
+            let found = Reflections::new(&rows, 0..rows.len(), 1e-12, "").unwrap();
+            assert_eq!(found.rank(), 3 * LENGTH);
+            let dependencies = found.dependencies();
+            assert_eq!(dependencies.iter().map(|d| d.row).collect::<Vec<_>>(), [3 * LENGTH]);
+            let combination = &dependencies[0].combination;
+            assert!(combination.len() == 1 && combination[0].0 == 2 * LENGTH + 70, "{combination:?}");
+            assert!((combination[0].1 - 2.0).abs() < 1e-12, "{combination:?}");
+            let rhs: Vec<f64> = (0..=3 * LENGTH).map(|i| (i as f64).sin()).collect();
+            let (mut answer, mut work) = (vec![0.0; rows.width()], vec![0.0; found.scratch()]);
+            found.solve_into(&rhs, 1, &mut answer, &mut work);
+            answers.push(
+                (0..LENGTH + 3)
+                    .flat_map(|j| (0..3).map(move |s| (s, j)))
+                    .map(|(s, j)| answer[number(s, j)])
+                    .collect::<Vec<_>>(),
+            );
+            // Rows meet few columns: those that are far apart by number are put side by side.
+            let mut members: Vec<usize> = (0..3 * LENGTH).collect();
+            let columns: Vec<u32> = (0..rows.width() as u32).collect();
+            let place = side_by_side(&rows, &mut members, &columns);
+            let ends = |row: usize| rows.iter_row(row).map(|(column, _)| place[column]);
+            let widest =
+                members.iter().map(|&row| ends(row).max().unwrap_or(0) - ends(row).min().unwrap_or(0)).max();
+            assert!(widest < Some(60), "{widest:?}");
+        }
+        let largest = answers[0].iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        for (x, y) in answers[0].iter().zip(&answers[1]) {
+            assert!((x - y).abs() < 1e-7 * largest, "{x} {y}");
+        }
+    }
 }

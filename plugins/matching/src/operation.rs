@@ -1,5 +1,6 @@
 //! `match`: an edge of a surface made to meet another surface's edge, with as many knots as that needs.
 
+mod changed;
 mod made;
 mod remedy;
 
@@ -23,13 +24,16 @@ use crate::beside::{Beside, edge_of};
 use crate::deviation::{Deviation, Limits};
 use crate::history::{Attempt, History, Stuck};
 use crate::matching::{CONTINUITY, EDGE, LIMITS, Matching, WITH, continuity, limits, matching, other};
-use made::{Made, Unfolded};
+use changed::Changed;
+use made::{Instead, Made, Way};
 use remedy::{Refused, Why};
 
 /// The default tolerance, of the edge's size.
 const TOLERANCE: f64 = 1e-4;
 /// The most control vertices along the edge, or twice as many as it had, with continuity 0, 1 and 2.
 const MOST: [usize; 3] = [256, 192, 128];
+/// So many control vertices along the edge are tried with a surface's own knots alone before those of the other edge are, with continuity 2.
+const ENOUGH: usize = 64;
 /// Knots stop where estimates, which are rough, say that this many times as many control vertices would be needed.
 const DOUBTFUL: usize = 2;
 /// Spans that are shorter than this part of the domain are not halved.
@@ -68,7 +72,7 @@ impl Operation for MatchOperation {
             Field::optional(
                 "metric",
                 "\"bend\" | \"least\"",
-                "bend",
+                "bend; least where that folds or goes much farther",
                 "whether the whole surface follows, bending little, or only what is beside the edge",
             ),
             Field::optional(
@@ -221,6 +225,7 @@ impl Asked {
         continuity + 1
     }
 
+    /// What is asked, in the metric that was said; or, where none was, by bending little, and another way where that folds, or goes much farther.
     fn run(
         &self,
         surface: &Surface,
@@ -228,18 +233,74 @@ impl Asked {
         context: &Context<'_>,
     ) -> Result<Made, OperationError> {
         let mut work = Work { called: "match", done: 0, most: usize::MAX };
-        let first = self.attempt(surface, other, context, &mut work);
+        let first = self.way(surface, other, context, &mut work)?;
+        // Tangent planes leave open on which side of the edge a surface lies. What moves least comes about on its own, if it does.
+        let (why, mut best) = match first {
+            Ok(made) if self.measured || made.changed.is_plain() => return Ok(made),
+            Ok(made) => {
+                let why = made.changed.fold.map_or(Instead::Farther(made.changed.moved), Instead::FoldsAt);
+                (why, Ok(made))
+            }
+            Err(refused) if refused.folds() => (Instead::Folds, Err(refused)),
+            Err(refused) if !self.measured && refused.why == Why::NoneFound => {
+                (Instead::NoneFound, Err(refused))
+            }
+            Err(refused) => return Err(self.told(&refused, surface, other, context, &work)?),
+        };
+        let ways: &[Way] = if self.measured { &[Way::Led] } else { &[Way::Least, Way::Led, Way::LedLeast] };
+        for &way in ways {
+            let mut work = work.as_much_again();
+            match self.by(way).attempt(surface, other, context, &mut work) {
+                Ok(Ok(made)) => {
+                    let made = Made { way: Some((way, why)), ..made };
+                    best = Ok(match best {
+                        Ok(best) if !best.changed.is_worse_than(&made.changed) => best,
+                        _ => made,
+                    });
+                }
+                // Whoever asked may have had enough; all else says no more than what came of the first.
+                _ => context.observer.proceed(work.called, 0, 0)?,
+            }
+            if best.as_ref().is_ok_and(|best| best.changed.fold.is_none()) {
+                break;
+            }
+        }
+        match best {
+            Ok(made) => Ok(made),
+            Err(refused) => Err(self.told(&refused, surface, other, context, &work)?),
+        }
+    }
+
+    /// The same another way.
+    fn by(&self, way: Way) -> Self {
+        let (least, led) = match way {
+            Way::Least => (true, false),
+            Way::Led => (false, true),
+            Way::LedLeast => (true, true),
+        };
+        Self { bend: self.bend && !least, led, ..self.clone() }
+    }
+
+    /// With a closed edge that begins between the other's knots, or else at one.
+    fn way(
+        &self,
+        surface: &Surface,
+        other: &dyn Shape,
+        context: &Context<'_>,
+        work: &mut Work,
+    ) -> Result<Result<Made, Refused>, OperationError> {
+        let first = self.attempt(surface, other, context, work);
         // Both sides of a knot may miss tangent planes by the limit.
         let allowed = 2.0 * self.limits.angle.to_degrees();
         // Where a start between the other's knots asks for corners, or for too many knots, one at these may not.
-        let first = match first {
-            Ok(Ok(made)) if made.corner() <= allowed => return Ok(made),
+        match first {
+            Ok(Ok(made)) if made.corner() <= allowed => Ok(Ok(made)),
             first if !self.starts_between(surface, other)? => first,
             first => {
                 let knots = Self { free: false, ..self.clone() };
-                match (first, knots.attempt(surface, other, context, &mut work)) {
-                    (Err(_) | Ok(Err(_)), Ok(Ok(made))) => return Ok(made),
-                    (Ok(Ok(first)), Ok(Ok(made))) if made.corner() <= first.corner() => return Ok(made),
+                match (first, knots.attempt(surface, other, context, work)) {
+                    (Err(_) | Ok(Err(_)), Ok(Ok(made))) => Ok(Ok(made)),
+                    (Ok(Ok(first)), Ok(Ok(made))) if made.corner() <= first.corner() => Ok(Ok(made)),
                     (first, _) => {
                         // Whoever asked may have had enough; all else says no more than what came of the first.
                         context.observer.proceed(work.called, 0, 0)?;
@@ -247,26 +308,7 @@ impl Asked {
                     }
                 }
             }
-        };
-        let refused = match first? {
-            Ok(made) => return Ok(made),
-            Err(refused) => refused,
-        };
-        if refused.folds() {
-            // Tangent planes leave open on which side of the edge a surface lies. What moves least comes about on its own, if it does.
-            let least = Self { bend: false, ..self.clone() };
-            let led = Self { led: true, ..self.clone() };
-            let ways = [(!self.measured).then_some((least, Unfolded::Least)), Some((led, Unfolded::Led))];
-            for (asked, by) in ways.into_iter().flatten() {
-                let mut work = work.as_much_again();
-                match asked.attempt(surface, other, context, &mut work) {
-                    Ok(Ok(made)) => return Ok(Made { unfolded: Some(by), ..made }),
-                    // Whoever asked may have had enough; all else says no more than what was refused first.
-                    _ => context.observer.proceed(work.called, 0, 0)?,
-                }
-            }
         }
-        Err(self.told(&refused, surface, other, context, &work)?)
     }
 
     /// Whether the edge begins beside the other where that has no knots, and would not have to.
@@ -300,27 +342,46 @@ impl Asked {
             surface,
             other,
             along,
+            at_end: edge.edge.at_end,
             size,
             distance,
             before: Deviation::worst(&profile).without_rounding(size),
             was_folded: Deviation::folded(&profile),
         };
+        if case.was_folded && self.continuity > 1 {
+            // With tangent planes alone, by linear equations, it lies there still, if it does with curvature, which costs many times as much.
+            let planes = Self { continuity: 1, ..self.clone() };
+            if let Ok(Err(refused)) = planes.attempt(surface, other, context, work)
+                && refused.why == Why::WasFolded
+            {
+                return Ok(Err(refused));
+            }
+        }
         let start = self.with_rows(surface, along.other())?;
         if !self.refine {
-            return self.from(start, &case, context, work);
+            return self.from(start, usize::MAX, &case, context, work);
         }
         let (refined, exact) = as_the_other(&start, along, edge, &there, self.free)?
             .map_or((None, false), |found| (Some(found.0), found.1));
         match refined {
-            None => self.from(start, &case, context, work),
-            Some(refined) if exact => self.from(refined, &case, context, work),
+            None => self.from(start, usize::MAX, &case, context, work),
+            Some(refined) if exact => self.from(refined, usize::MAX, &case, context, work),
             Some(refined) => {
-                let first = match self.from(start, &case, context, work)? {
+                // With curvature each round is work by the square: its own knots are tried as long as they are not many more than those of both.
+                // A closed edge that begins between the other's knots has no use for these.
+                let together = self.continuity > 1 && !(self.free && self.starts_between(surface, other)?);
+                let as_many =
+                    if together { (2 * refined.space(along).len()).max(ENOUGH) } else { usize::MAX };
+                let first = match self.from(start, as_many, &case, context, work)? {
                     Ok(made) => return Ok(Ok(made)),
+                    // How many would be needed was not asked for all that may be.
+                    Err(refused) if as_many < usize::MAX && matches!(refused.why, Why::Needs { .. }) => {
+                        Refused { why: Why::Limits, ..refused }
+                    }
                     Err(refused) => refused,
                 };
                 // With other weights it is not that curve, but bends and has corners where that does.
-                match self.from(refined, &case, context, work) {
+                match self.from(refined, usize::MAX, &case, context, work) {
                     Ok(Err(refused)) => Ok(Err(if refused.worst.is_some() { refused } else { first })),
                     Ok(made) => Ok(made),
                     Err(_) => {
@@ -333,10 +394,11 @@ impl Asked {
         }
     }
 
-    /// From a surface with these knots on.
+    /// From a surface with these knots on, to so many control vertices along the edge at most.
     fn from(
         &self,
         mut start: Surface,
+        as_many: usize,
         case: &Case<'_>,
         context: &Context<'_>,
         work: &mut Work,
@@ -344,7 +406,7 @@ impl Asked {
         let Case { surface, other, along, size, distance, before, .. } = *case;
         // What the equations leave between is judged here, by the limits: no curvature is too much beside a flat surface either.
         let lax = Limits { distance: Some(1e6 * size), angle: std::f64::consts::TAU, curvature: 1e200 };
-        let most = MOST[self.continuity].max(2 * surface.space(along).len());
+        let most = MOST[self.continuity].max(2 * surface.space(along).len()).min(as_many);
         let (mut history, mut cornered) = (History::default(), false);
         loop {
             let count = start.space(along).len();
@@ -384,7 +446,12 @@ impl Asked {
                     return Ok(Err(Refused::of(Some(last), size, Why::Work)));
                 }
                 (
-                    Err(EditError::Solve(SolveError::NotConverged { .. } | SolveError::StillMoving { .. })),
+                    Err(EditError::Solve(
+                        SolveError::NotConverged { .. }
+                        | SolveError::StillMoving { .. }
+                        // Equations that are nearly dependent, all but met.
+                        | SolveError::Missed { .. },
+                    )),
                     _,
                 ) => {
                     return Ok(Err(Refused { count, worst: None, size, why: Why::NoneFound }));
@@ -405,8 +472,10 @@ impl Asked {
                 let degrees = |s: &Surface| [along, along.other()].map(|d| s.space(d).degree());
                 let count = |s: &Surface, direction| s.space(direction).len();
                 let (along, across) = (along, along.other());
+                let changed = Changed::of([surface, edited.shape()], along, case.at_end, size)?;
                 return Ok(Ok(Made {
                     size,
+                    changed,
                     before,
                     after: worst,
                     along: [count(surface, along), count(&start, along)],
@@ -414,7 +483,7 @@ impl Asked {
                     degrees: [degrees(surface), degrees(&start)],
                     edited,
                     cornered,
-                    unfolded: None,
+                    way: None,
                 }));
             }
             let excess = worst.excess(self.continuity, distance, &self.limits);
@@ -527,6 +596,8 @@ struct Case<'a> {
     surface: &'a Surface,
     other: &'a dyn Shape,
     along: Direction,
+    /// Whether the edge is where the parameter across ends.
+    at_end: bool,
     /// The larger edge's size.
     size: f64,
     /// The allowed distance.
@@ -546,7 +617,7 @@ struct Work {
 impl Work {
     /// As much again as was done, and so much in any case, for another way.
     fn as_much_again(&self) -> Self {
-        const LEAST: usize = 512;
+        const LEAST: usize = 1024;
         Self { called: self.called, done: 0, most: (2 * self.done).max(LEAST) }
     }
 }

@@ -3,3 +3,4 @@
 mod edges;
 mod golden;
 mod operation;
+mod whole;

@@ -4,28 +4,48 @@ use loftsman_kernel::edit::{Corner, Edited};
 use loftsman_kernel::functional::Functional;
 use loftsman_kernel::plugin::StepReport;
 use loftsman_kernel::spline::Surface;
+use loftsman_kernel::text::figure;
 
 use super::Asked;
+use super::changed::Changed;
 use crate::deviation::Deviation;
 
-/// What keeps a surface from folding back that would where it is bent as little as can be.
+/// Another way than the one that is tried first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Unfolded {
+pub(super) enum Way {
     /// It is moved least.
     Least,
     /// Its lines across are led.
     Led,
+    /// Both.
+    LedLeast,
 }
 
-impl Unfolded {
+impl Way {
     fn told(self) -> &'static str {
         match self {
             Self::Least => "it is moved as little as can be, and not bent as little (metric = \"least\")",
             Self::Led => {
                 "its lines across leave the edge as fast as those of the other arrive there, but for one factor all along"
             }
+            Self::LedLeast => {
+                "it is moved as little as can be, and its lines across leave the edge as fast as those of the other arrive there, but for one factor all along"
+            }
         }
     }
+}
+
+/// Why another way was gone than the one that is tried first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Instead {
+    /// It would fold back on the other surface at the edge.
+    Folds,
+    /// It would fold back over itself here.
+    FoldsAt([f64; 2]),
+    /// It would go so far.
+    Farther(f64),
+    /// None was found.
+    NoneFound,
 }
 
 /// What became of it.
@@ -35,8 +55,10 @@ pub(super) struct Made {
     pub(super) size: f64,
     /// Whether corners could not be kept away.
     pub(super) cornered: bool,
-    /// What keeps it from folding back.
-    pub(super) unfolded: Option<Unfolded>,
+    /// Which other way was gone, and why.
+    pub(super) way: Option<(Way, Instead)>,
+    /// What became of the whole surface.
+    pub(super) changed: Changed,
     pub(super) before: Deviation,
     pub(super) after: Deviation,
     /// Control vertices along the edge, before and after.
@@ -72,8 +94,33 @@ impl Made {
                 notes.push(format!("{after} control vertices {what} the edge instead of {before}{degree}"));
             }
         }
-        if let Some(unfolded) = self.unfolded {
-            notes.push(format!("left free it would fold back on the other: {}", unfolded.told()));
+        if let Some((way, why)) = self.way {
+            let told = way.told();
+            let length = |x: f64| format!("{} {}", figure(x), asked.unit.symbol());
+            notes.push(match why {
+                Instead::Folds => format!("left free it would fold back on the other: {told}"),
+                Instead::FoldsAt([u, v]) => {
+                    let (u, v) = (figure(u), figure(v));
+                    format!("bent as little as can be it would fold back over itself near u = {u}, v = {v}: {told}")
+                }
+                Instead::Farther(far) => format!(
+                    "bent as little as can be it would go up to {} from where it was, and goes up to {}: {told}",
+                    length(far),
+                    length(self.changed.moved)
+                ),
+                Instead::NoneFound => format!("bent as little as can be no surface was found: {told}"),
+            });
+        }
+        if let Some([u, v]) = self.changed.fold {
+            let (u, v, share) = (figure(u), figure(v), figure(100.0 * self.changed.share));
+            let more = if asked.measured {
+                "without `metric`, a way without folds is looked for"
+            } else {
+                "no way without folds was found"
+            };
+            notes.push(format!(
+                "it folds back over itself near u = {u}, v = {v}, some {share} % of it: {more}"
+            ));
         }
         if self.cornered {
             let why = "meeting the other edge and staying smooth at all knots conflict";

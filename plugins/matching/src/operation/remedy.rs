@@ -141,7 +141,10 @@ impl Asked {
         } else if matches!(refused.why, Why::Work | Why::NoneFound) || refused.folds() {
             let freed = Self { keep: None, ..self.clone() };
             let metric = if self.bend { "least" } else { "bend" };
-            tries.push((Self { bend: !self.bend, ..self.clone() }, format!("say metric = \"{metric}\"")));
+            // Where none was said, the other was tried where that may help.
+            if self.measured || refused.why == Why::Work {
+                tries.push((Self { bend: !self.bend, ..self.clone() }, format!("say metric = \"{metric}\"")));
+            }
             if self.keep.is_some() {
                 let words = format!("let more of it move (keep = \"nothing\", metric = \"{metric}\")");
                 tries.push((freed.clone(), "let more of it move (keep = \"nothing\")".to_owned()));
