@@ -11,7 +11,7 @@ use loftsman_kernel::plugin::{
     StepReport, asked_in_own_coordinates, constraint_from, functional_from, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene, Unit};
-use loftsman_kernel::text::{figure, without_rounding};
+use loftsman_kernel::text::{figure, short, without_rounding};
 use loftsman_kernel::{Error, Point};
 
 use crate::corner::Corners;
@@ -366,14 +366,16 @@ fn interpolate(
     };
     let (through, instead) = match interpolation.curve(points) {
         // Nobody asked for these parameters.
-        Err(FitError::Astray { astray, .. }) if !parameters.has("parameters") => {
-            let other = Interpolation { parameters: Parametrization::Centripetal, ..interpolation };
-            (
-                other.curve(points)?,
-                Some(format!("centripetal parameters: by chord length the curve {astray}")),
-            )
+        Err(FitError::Astray { astray, .. }) if !parameters.has("parameters") => (
+            centripetal(&interpolation)
+                .curve(points)
+                .map_err(|error| calmed(error, &interpolation, points, true))?,
+            Some(format!("centripetal parameters: by chord length the curve {astray}")),
+        ),
+        other => {
+            let any = !parameters.has("parameters");
+            (other.map_err(|error| calmed(error, &interpolation, points, any))?, None)
         }
-        other => (other?, None),
     };
     let size = points.iter().fold(0.0_f64, |most, p| most.max(p.coords.amax()));
     let miss = match without_rounding(through.residual, size) {
@@ -402,6 +404,32 @@ fn interpolate(
         ..StepReport::default()
     };
     Ok((through.curve, report))
+}
+
+fn centripetal(interpolation: &Interpolation) -> Interpolation {
+    Interpolation { parameters: Parametrization::Centripetal, ..interpolation.clone() }
+}
+
+/// What to do where an interpolation does not follow its points: the highest degree below at which it does, tried, with the same parameters or, where
+/// `any` will do, with centripetal ones.
+fn calmed(error: FitError, interpolation: &Interpolation, points: &[Point], any: bool) -> FitError {
+    let what = match &error {
+        FitError::Astray { astray, .. } => format!("the curve {astray}: it goes astray between the points"),
+        FitError::IllConditioned { condition, .. } => {
+            format!("the equations are singular to working precision (condition {})", short(*condition))
+        }
+        _ => return error,
+    };
+    let follows = |degree: &usize| {
+        let lower = Interpolation { degree: *degree, ..interpolation.clone() };
+        lower.curve(points).is_ok() || any && centripetal(&lower).curve(points).is_ok()
+    };
+    match (1..interpolation.degree).rev().find(follows) {
+        Some(degree) => FitError::Request(format!(
+            "{what}; degree = {degree} follows the points, or fit to a tolerance (without \"interpolate\")"
+        )),
+        None => error,
+    }
 }
 
 /// The fit that the fields ask for.
