@@ -70,7 +70,7 @@ pub(super) fn weighed<S: Shape + Clone>(run: &mut Run<'_, S>, squares: Squares) 
                 let next = enough.map_or(LESS * weight, |good| (good * weight).sqrt());
                 let near = enough.is_some_and(|good| (next / good).ln().abs() <= SETTLED);
                 let first = refused.get_or_insert(error).clone();
-                if round >= ROUNDS || near || !(next * trace > LEAST) {
+                if round >= ROUNDS || near || (next * trace).max(0.0) <= LEAST {
                     let Some((good, found)) = last else { return Err(first) };
                     return handed_out(run, at, good, found);
                 }
