@@ -315,3 +315,32 @@ fn what_a_refused_interpolation_advises_works() {
     println!("{refused} of 40 refused, {named} of them with a degree that follows");
     assert!(refused >= 3 && named == refused, "{refused} {named}");
 }
+
+/// A hexagon turns by 60° and not by more: with points on its sides it has no corners by "auto", which is told with what to do; one without turns all round.
+#[test]
+fn a_corner_that_is_rounded_though_corners_were_asked_for_is_told() {
+    let hexagon = |each: usize| -> Scene {
+        let corner = |i: usize| {
+            let a = std::f64::consts::TAU * i as f64 / 6.0;
+            Point::new(a.cos(), a.sin(), 0.0)
+        };
+        let at = |k: usize| {
+            let t = (k % each) as f64 / each as f64;
+            corner(k / each) + (corner(k / each + 1) - corner(k / each)) * t
+        };
+        let points = (0..6 * each).map(at).collect();
+        let mut scene = Scene::new();
+        let line = Polyline { points, closed: true };
+        scene.add(Object::new("ring", Geometry::Polyline(line))).unwrap();
+        scene
+    };
+    let fields = json!({ "tolerance": 1e-4, "corners": 61 });
+    let told = |scene: &mut Scene, fields: Value| {
+        let notes = run(scene, fields).unwrap().notes;
+        notes.into_iter().find(|note| note.contains("between straight sides"))
+    };
+    let note = told(&mut hexagon(4), fields.clone()).unwrap();
+    assert!(note.contains("turn by 60° at point") && note.contains("corners = 59 keeps"), "{note}");
+    assert_eq!(told(&mut hexagon(4), json!({ "tolerance": 1e-4, "corners": 59 })), None);
+    assert_eq!(told(&mut hexagon(1), fields), None, "as far as anybody can tell it is a circle");
+}
