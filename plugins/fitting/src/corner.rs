@@ -8,6 +8,10 @@ const SHARP: f64 = std::f64::consts::FRAC_PI_3;
 const ARM: f64 = 6.0;
 /// A turn that noise does not make beside a corner: 10°.
 const FLANK: f64 = std::f64::consts::PI / 18.0;
+/// What is behind a flank counts up to so many times the flank.
+const BEHIND: f64 = 2.0;
+/// Two turns so many tolerances apart may be one corner that lies between them.
+const PAIR: f64 = 3.0;
 /// Places nearer to each other than this share of the points' size are one place.
 const SAME: f64 = 1e-9;
 
@@ -44,7 +48,10 @@ impl Corners {
         };
         let size = points.iter().fold(0.0_f64, |m, p| m.max((p - points[0]).amax()));
         let least_apart = tolerance.max(SAME * size);
-        let chain = places(points, closed, least_apart);
+        let mut chain = places(points, closed, least_apart);
+        if self == Self::Auto {
+            chain = paired(points, chain, closed, PAIR * least_apart, least);
+        }
         let n = chain.len();
         if n < 3 {
             return Vec::new();
@@ -167,8 +174,10 @@ fn side(turn: &impl Fn(isize) -> Turn, j: isize, least: f64, n: usize, step: isi
         peak = peak.max(here.angle);
         if flank <= least {
             let behind = turn(last + 2 * step).with(&next);
-            // What turns as sharply behind a flank is the next corner, and no turn that falls off: between two corners a flank is whatever rounding left of it.
-            let behind = if behind > least { behind.min(flank) } else { behind };
+            // What turns as sharply behind a flank is the next corner, and no turn that falls off: between two corners a flank is whatever rounding left of it. So
+            // is what turns far more than the flank does.
+            let most = if behind > least { flank } else { BEHIND * flank };
+            let behind = behind.min(most);
             return Some(Side { edge: here.angle, flank, behind, peak });
         }
         last += step;
@@ -191,6 +200,47 @@ fn apex(points: &[Vector], here: usize, closed: bool, least: f64, before: Vector
     };
     // Of equals the first.
     behind.chain(ahead).fold(here, |best, k| if off(k) > off(best) { k } else { best })
+}
+
+/// The places with one for two where a corner lies between them: they turn the same way within `near` of each other, none of them by more than `least` and
+/// both together by more. The point for both is the one that is farthest from the chord between the places beside them, of those from the first
+/// to the last that is one place with the second: where points crowd at a corner, the corner may be within the tolerance of a place before it, and be left out.
+fn paired(points: &[Vector], chain: Vec<usize>, closed: bool, near: f64, least: f64) -> Vec<usize> {
+    let n = chain.len();
+    if n < 5 {
+        return chain;
+    }
+    let at = |j: usize| points[chain[j % n]];
+    let turn = |j: usize| {
+        let end = !closed && (j == 0 || j + 1 >= n);
+        if end { Turn::none() } else { Turn::at(at(j + n - 1), at(j), at(j + 1)) }
+    };
+    let mut kept = Vec::with_capacity(n);
+    let mut j = 0;
+    while j < n {
+        let next = j + 1;
+        let pair = next < n && (at(next) - at(j)).norm() <= near && {
+            let (a, b) = (turn(j), turn(next));
+            let both = a.angle + b.with(&a);
+            a.angle.max(b.angle) <= least && b.with(&a) > 0.0 && both > least
+        };
+        if !pair {
+            kept.push(chain[j]);
+            j += 1;
+            continue;
+        }
+        let (before, after) = (at(j + n - 1), at(j + 2));
+        let along = (after - before).normalize();
+        let off = |k: usize| {
+            let from = points[k] - before;
+            (from - along * along.dot(&from)).norm()
+        };
+        let last = if j + 2 < n { chain[j + 2] } else { points.len() };
+        let best = (chain[j]..last).fold(chain[j], |best, k| if off(k) > off(best) { k } else { best });
+        kept.push(best);
+        j += 2;
+    }
+    kept
 }
 
 /// The points without those within `least` of the one before; of an open chain the last one stays.
@@ -273,6 +323,88 @@ mod tests {
         .map(|(x, y)| Vector::new(x, y, 0.0))
         .to_vec();
         assert_eq!(Corners::Auto.find(&outline, true, 3.293), [2, 4, 6]);
+    }
+
+    /// Three corners one after another, with a point between them or none: what turns behind a flank of rounding is no share of this one's turn.
+    #[test]
+    fn a_flank_of_rounding_has_nothing_behind_it() {
+        // Turns in degrees with the legs before them, of closed outlines that a program sampled at random: (turn, leg behind it).
+        let chains: [(&[(f64, f64)], usize); 3] = [
+            (
+                &[
+                    (0.0, 368.0),
+                    (0.1, 32.0),
+                    (53.4, 895.0),
+                    (0.0, 792.0),
+                    (78.8, 123.0),
+                    (0.0, 1231.0),
+                    (39.6, 277.0),
+                    (0.0, 295.0),
+                ],
+                4,
+            ),
+            (
+                &[
+                    (0.0, 400.0),
+                    (48.1, 1507.0),
+                    (-0.01, 405.0),
+                    (43.8, 2418.0),
+                    (79.7, 2753.0),
+                    (0.02, 415.0),
+                    (52.4, 2226.0),
+                ],
+                4,
+            ),
+            (
+                &[
+                    (0.0, 600.0),
+                    (44.2, 568.0),
+                    (0.0, 1185.0),
+                    (57.4, 2273.0),
+                    (71.3, 1061.0),
+                    (0.0, 706.0),
+                    (22.9, 1757.0),
+                    (0.0, 500.0),
+                ],
+                4,
+            ),
+        ];
+        for (chain, corner) in chains {
+            let (mut at, mut way) = (Vector::zeros(), 0.0_f64);
+            let mut points = vec![Vector::new(-500.0, 0.0, 0.0), at];
+            for (k, &(turn, leg)) in chain.iter().enumerate() {
+                way += if k == 0 { 0.0 } else { turn.to_radians() };
+                at += Vector::new(way.cos(), way.sin(), 0.0) * leg;
+                points.push(at);
+            }
+            let found = Corners::Auto.find(&points, false, 1.0);
+            assert_eq!(found, [corner + 1], "{chain:?}");
+        }
+    }
+
+    /// Where points crowd at a corner, the corner may be left out for a place before it, and its turn be shared by two: it is one corner all the same, and that
+    /// point.
+    #[test]
+    fn a_corner_that_is_shared_by_two_places_is_one_corner() {
+        for (before, turn) in [(0.3, 87.0_f64), (0.7, 87.0), (0.9, 110.0), (0.9, 70.0), (0.5, 66.0)] {
+            for mirrored in [false, true] {
+                let out = Vector::new(turn.to_radians().cos(), turn.to_radians().sin(), 0.0);
+                let mut points: Vec<Vector> =
+                    [-400.0, -120.0, -30.0, -7.0, -2.2, -before].map(|x| Vector::new(x, 0.0, 0.0)).to_vec();
+                let corner = points.len();
+                points.push(Vector::zeros());
+                points.extend([0.4, 1.1, 3.0, 9.0, 40.0, 300.0].map(|t| out * t));
+                let n = points.len();
+                if mirrored {
+                    points.reverse();
+                }
+                let corner = if mirrored { n - 1 - corner } else { corner };
+                let found = Corners::Auto.find(&points, false, 1.0);
+                assert_eq!(found.len(), 1, "{before} {turn} {mirrored}: {found:?}");
+                let off = (points[found[0]] - points[corner]).norm();
+                assert!(off <= 1.0, "{before} {turn} {mirrored}: {found:?}");
+            }
+        }
     }
 
     /// A point of a smooth side may be within the tolerance of the corner: the corner is where it is, on whichever side that point lies, wherever the chain begins.

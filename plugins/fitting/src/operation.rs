@@ -11,7 +11,7 @@ use loftsman_kernel::plugin::{
     StepReport, asked_in_own_coordinates, constraint_from, functional_from, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene, Unit};
-use loftsman_kernel::text::{figure, without_rounding};
+use loftsman_kernel::text::{figure, short, without_rounding};
 use loftsman_kernel::{Error, Point};
 
 use crate::corner::Corners;
@@ -25,6 +25,14 @@ const DEFAULT_RELATIVE: f64 = 1e-4;
 
 /// A turn between neighbouring points beyond this angle is a corner: 60°.
 const CORNER: f64 = std::f64::consts::FRAC_PI_3;
+
+/// A smooth curve that leaves the straight sides of a turn by more than so many tolerances is told of,
+const ROUNDED: f64 = 4.0;
+/// where the points turn by 20° or more, and beside by less than this part of it;
+const STRAIGHT_SIDES: f64 = std::f64::consts::PI / 9.0;
+const STRAIGHT: f64 = 0.1;
+/// it is looked at in so many places on a side.
+const PLACES: u32 = 9;
 
 /// The operation `fit`: a polyline, cloud or mesh (its points in their order) becomes a B-spline curve, by least
 /// squares to a tolerance, with a given number of vertices, or by interpolation.
@@ -183,7 +191,10 @@ impl Operation for FitPoints {
         } else {
             let fit = fit_of(closed, name, parameters, context)?;
             let fitted = fit.watched(points, context.observer)?;
-            let report = report_of(&fitted, points, scene.unit);
+            let mut report = report_of(&fitted, points, scene.unit);
+            if parameters.has("corners") {
+                report.notes.extend(rounded(&fitted, points, closed, scene.unit)?);
+            }
             (fitted.curve, report)
         };
         if is_scattered(points) {
@@ -258,13 +269,7 @@ fn corner(points: &[Point], closed: bool, parameters: &Parameters) -> Result<Opt
         return Ok(None);
     }
     let n = points.len();
-    let turn = |k: usize| {
-        let before = points[k] - points[(k + n - 1) % n];
-        let after = points[(k + 1) % n] - points[k];
-        // Of unit vectors, so that no square overflows; a repeated point turns nowhere.
-        let (a, b) = (before / before.amax(), after / after.amax());
-        Some(a.angle(&b)).filter(|angle| angle.is_finite()).unwrap_or(0.0)
-    };
+    let turn = |k: usize| turn(points, k);
     let range = if closed { 0..n } else { 1..n.saturating_sub(1) };
     let (angle, k) = range.map(|k| (turn(k), k)).fold((0.0, 0), |m, t| if t.0 > m.0 { t } else { m });
     if angle < CORNER {
@@ -286,6 +291,62 @@ fn corner(points: &[Point], closed: bool, parameters: &Parameters) -> Result<Opt
     };
     let angle = angle.to_degrees();
     Ok(Some(format!("the points turn by {angle:.0}° at point {k}, which {keeps}: {advice}")))
+}
+
+/// The turn of a chain, which may be closed, at a point.
+fn turn(points: &[Point], k: usize) -> f64 {
+    let n = points.len();
+    let before = points[k] - points[(k + n - 1) % n];
+    let after = points[(k + 1) % n] - points[k];
+    // Of unit vectors, so that no square overflows; a repeated point turns nowhere.
+    let (a, b) = (before / before.amax(), after / after.amax());
+    Some(a.angle(&b)).filter(|angle| angle.is_finite()).unwrap_or(0.0)
+}
+
+/// What to say where corners were asked for and the points turn, by less than that, between straight sides: where a smooth curve leaves such
+/// sides farthest, and by more than [`ROUNDED`] tolerances. Beside a vertex of a round chain the points turn, too.
+fn rounded(
+    fitted: &FittedCurve,
+    points: &[Point],
+    closed: bool,
+    unit: Unit,
+) -> Result<Option<String>, Error> {
+    let m = fitted.parameters.len().min(points.len());
+    let points = &points[..m];
+    let Some(tolerance) = fitted.tolerance.filter(|_| m > 4) else { return Ok(None) };
+    let (start, end) = fitted.curve.domain();
+    let mut worst = None::<(f64, usize)>;
+    for k in if closed { 0..m } else { 2..m - 2 } {
+        let own = turn(points, k);
+        let flanks = turn(points, (k + m - 1) % m).max(turn(points, (k + 1) % m));
+        if own < STRAIGHT_SIDES || flanks > STRAIGHT * own || fitted.corners.contains(&k) {
+            continue;
+        }
+        for [a, b] in [[(k + m - 1) % m, k], [k, (k + 1) % m]] {
+            let (from, mut to) = (fitted.parameters[a], fitted.parameters[b]);
+            if to < from {
+                to += end - start;
+            }
+            let side = points[b] - points[a];
+            let along = side / side.norm();
+            for i in 1..PLACES {
+                let u = from + (to - from) * f64::from(i) / f64::from(PLACES);
+                let off = fitted.curve.point(if u > end { u - (end - start) } else { u })? - points[a];
+                let off = (off - along * off.dot(&along).clamp(0.0, side.norm())).norm();
+                if off > worst.map_or(ROUNDED * tolerance, |(most, _)| most) {
+                    worst = Some((off, k));
+                }
+            }
+        }
+    }
+    Ok(worst.map(|(off, k)| {
+        let angle = turn(points, k).to_degrees();
+        format!(
+            "the points turn by {angle:.0}° at point {k}, between straight sides that the smooth curve there leaves by {}: corners = {:.0} keeps the corner",
+            unit.quantity(off, 1),
+            (angle - 0.5).floor()
+        )
+    }))
 }
 
 fn degree_of(parameters: &Parameters) -> Result<usize, ParameterError> {
@@ -366,14 +427,16 @@ fn interpolate(
     };
     let (through, instead) = match interpolation.curve(points) {
         // Nobody asked for these parameters.
-        Err(FitError::Astray { astray, .. }) if !parameters.has("parameters") => {
-            let other = Interpolation { parameters: Parametrization::Centripetal, ..interpolation };
-            (
-                other.curve(points)?,
-                Some(format!("centripetal parameters: by chord length the curve {astray}")),
-            )
+        Err(FitError::Astray { astray, .. }) if !parameters.has("parameters") => (
+            centripetal(&interpolation)
+                .curve(points)
+                .map_err(|error| calmed(error, &interpolation, points, true))?,
+            Some(format!("centripetal parameters: by chord length the curve {astray}")),
+        ),
+        other => {
+            let any = !parameters.has("parameters");
+            (other.map_err(|error| calmed(error, &interpolation, points, any))?, None)
         }
-        other => (other?, None),
     };
     let size = points.iter().fold(0.0_f64, |most, p| most.max(p.coords.amax()));
     let miss = match without_rounding(through.residual, size) {
@@ -402,6 +465,32 @@ fn interpolate(
         ..StepReport::default()
     };
     Ok((through.curve, report))
+}
+
+fn centripetal(interpolation: &Interpolation) -> Interpolation {
+    Interpolation { parameters: Parametrization::Centripetal, ..interpolation.clone() }
+}
+
+/// What to do where an interpolation does not follow its points: the highest degree below at which it does, tried, with the same parameters or, where
+/// `any` will do, with centripetal ones.
+fn calmed(error: FitError, interpolation: &Interpolation, points: &[Point], any: bool) -> FitError {
+    let what = match &error {
+        FitError::Astray { astray, .. } => format!("the curve {astray}: it goes astray between the points"),
+        FitError::IllConditioned { condition, .. } => {
+            format!("the equations are singular to working precision (condition {})", short(*condition))
+        }
+        _ => return error,
+    };
+    let follows = |degree: &usize| {
+        let lower = Interpolation { degree: *degree, ..interpolation.clone() };
+        lower.curve(points).is_ok() || any && centripetal(&lower).curve(points).is_ok()
+    };
+    match (1..interpolation.degree).rev().find(follows) {
+        Some(degree) => FitError::Request(format!(
+            "{what}; degree = {degree} follows the points, or fit to a tolerance (without \"interpolate\")"
+        )),
+        None => error,
+    }
 }
 
 /// The fit that the fields ask for.

@@ -9,6 +9,7 @@ mod degenerate;
 mod exactness;
 mod golden;
 mod held;
+mod noise;
 mod operation;
 mod plain;
 mod shape_operation;

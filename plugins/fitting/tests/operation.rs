@@ -280,3 +280,67 @@ fn one_largest_distance_is_told() {
     assert!(fitted.farthest == at && fitted.distance == distances[at], "{fitted:?}");
     assert!(fitted.worst != at && fitted.max_error > 2.0 * fitted.distance, "{fitted:?}");
 }
+
+/// Degree 5 and 7 through noise swings between the points: the refusal names a degree, and that one follows them.
+#[test]
+fn what_a_refused_interpolation_advises_works() {
+    let (mut refused, mut named) = (0, 0);
+    for seed in 0..40 {
+        let mut r = crate::common::families::Random::new(seed);
+        let many = r.whole(12, 70);
+        let mut places: Vec<f64> = (0..many).map(|_| r.unit()).collect();
+        places.sort_by(f64::total_cmp);
+        let points: Vec<Point> = places
+            .iter()
+            .map(|t| Point::new(2.0 * t, (5.0 * t).sin(), 0.0))
+            .map(|p| p + loftsman_kernel::Vector::new(r.normal(), r.normal(), r.normal()) * 0.02)
+            .collect();
+        let degree = if seed % 2 == 0 { 5 } else { 7 };
+        let through = |degree: u64| {
+            let mut scene = Scene::new();
+            let line = Polyline { points: points.clone(), closed: false };
+            scene.add(Object::new("line", Geometry::Polyline(line))).unwrap();
+            run(&mut scene, json!({ "interpolate": true, "degree": degree }))
+        };
+        let Err(error) = through(degree) else { continue };
+        refused += 1;
+        let text = error.to_string();
+        let after = text.split("degree = ").nth(1).and_then(|rest| rest.split(' ').next());
+        if let Some(lower) = after.and_then(|word| word.parse().ok()) {
+            named += 1;
+            assert!(lower < degree, "{text}");
+            through(lower).unwrap();
+        }
+    }
+    println!("{refused} of 40 refused, {named} of them with a degree that follows");
+    assert!(refused >= 3 && named == refused, "{refused} {named}");
+}
+
+/// A hexagon turns by 60° and not by more: with points on its sides it has no corners by "auto", which is told with what to do; one without turns all round.
+#[test]
+fn a_corner_that_is_rounded_though_corners_were_asked_for_is_told() {
+    let hexagon = |each: usize| -> Scene {
+        let corner = |i: usize| {
+            let a = std::f64::consts::TAU * i as f64 / 6.0;
+            Point::new(a.cos(), a.sin(), 0.0)
+        };
+        let at = |k: usize| {
+            let t = (k % each) as f64 / each as f64;
+            corner(k / each) + (corner(k / each + 1) - corner(k / each)) * t
+        };
+        let points = (0..6 * each).map(at).collect();
+        let mut scene = Scene::new();
+        let line = Polyline { points, closed: true };
+        scene.add(Object::new("ring", Geometry::Polyline(line))).unwrap();
+        scene
+    };
+    let fields = json!({ "tolerance": 1e-4, "corners": 61 });
+    let told = |scene: &mut Scene, fields: Value| {
+        let notes = run(scene, fields).unwrap().notes;
+        notes.into_iter().find(|note| note.contains("between straight sides"))
+    };
+    let note = told(&mut hexagon(4), fields.clone()).unwrap();
+    assert!(note.contains("turn by 60° at point") && note.contains("corners = 59 keeps"), "{note}");
+    assert_eq!(told(&mut hexagon(4), json!({ "tolerance": 1e-4, "corners": 59 })), None);
+    assert_eq!(told(&mut hexagon(1), fields), None, "as far as anybody can tell it is a circle");
+}

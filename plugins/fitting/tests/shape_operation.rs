@@ -6,7 +6,7 @@ use loftsman_fitting::Fitting;
 use loftsman_kernel::mesh::Cloud;
 use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
-use loftsman_kernel::spline::{Space, Surface};
+use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::Matrix4;
 use serde_json::{Value, json};
@@ -81,6 +81,41 @@ fn fields_do_what_they_say() {
         assert!(error.contains(part), "{error}");
         assert_eq!(scene, self::scene(), "a failed step leaves the scene alone");
     }
+}
+
+/// Degree 1 does not bend; one place leaves rotations open that bending does not see; what a refusal advises works.
+#[test]
+fn energies_that_see_too_little_are_not_what_nobody_asked_for() {
+    let with = |degree: usize, points: Vec<Point>| {
+        let mut scene = Scene::new();
+        let line = (0..8).map(|k| Point::new(f64::from(k), 0.1 * f64::from(k * k), 0.0)).collect();
+        let curve = Curve::new(Space::clamped_uniform(degree, 8).unwrap(), line).unwrap();
+        scene.add(Object::new("sheet", Geometry::Curve(curve))).unwrap();
+        scene.add(Object::new("scan", Geometry::Cloud(Cloud { points }))).unwrap();
+        scene
+    };
+    // On one side only: what is beyond keeps to the rest.
+    let part: Vec<Point> =
+        (0..30).map(|k| f64::from(k) / 10.0).map(|x| Point::new(x, 1.0 - x, 0.5)).collect();
+    let mut scene = with(1, part);
+    let report = run(&mut scene, json!({ "points": "scan" })).unwrap();
+    assert!(report.notes.iter().any(|note| note.contains("fair = ")), "{:?}", report.notes);
+    let one = vec![Point::new(1.0, 2.0, 3.0); 2];
+    let mut scene = with(3, one.clone());
+    let report = run(&mut scene, json!({ "points": "scan" })).unwrap();
+    assert!(report.notes.iter().any(|note| note.contains("the energy is \"stretch\"")), "{:?}", report.notes);
+    assert!(scene.curve("sheet").unwrap().closest(one[0]).unwrap().distance < 1e-6);
+    for fields in [json!({ "points": "scan", "energy": "bend" }), json!({ "points": "scan", "fair": 1e-6 })] {
+        let text = run(&mut with(3, one.clone()), fields.clone()).unwrap_err().to_string();
+        assert!(text.contains("energy = \"stretch\" keeps near"), "{text}");
+        let mut followed = fields;
+        followed["energy"] = json!("stretch");
+        run(&mut with(3, one.clone()), followed).unwrap();
+    }
+    let text =
+        run(&mut with(3, one.clone()), json!({ "points": "scan", "fair": 0 })).unwrap_err().to_string();
+    assert!(text.contains("leave \"fair\" out"), "{text}");
+    run(&mut with(3, one), json!({ "points": "scan", "fair": 1e-6, "energy": "stretch" })).unwrap();
 }
 
 /// What is seen in one place fits there, wherever the objects say that their coordinates are.

@@ -13,6 +13,7 @@ use super::foot::{Foot, feet};
 use super::model::{Model, value};
 use super::patches::Patches;
 use super::step::{Held, Metric};
+use super::weight::weighed;
 use super::{CloudFit, CloudFitted, CloudReport};
 use crate::error::{FitError, Result};
 
@@ -25,18 +26,21 @@ const POOR: f64 = 0.25;
 const GOOD: f64 = 0.5;
 /// A step that promises this part of what is there, and no more, is the last.
 const GAIN: f64 = 1e-10;
-/// Weights that are tried, at most, steps with each but the last, and the part by which one may be off.
-const ROUNDS: usize = 12;
-const EACH: usize = 8;
-const SETTLED: f64 = 0.1;
 /// What rounding takes from distances, of the size of all numbers.
-const ROUNDING: f64 = 64.0 * f64::EPSILON;
+pub(super) const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// A shape on the way, its feet and what is to be small.
-struct State<S> {
-    shape: S,
+pub(super) struct State<S> {
+    pub(super) shape: S,
     feet: Vec<Foot>,
     order: Vec<u32>,
+}
+
+/// Where steps came to.
+pub(super) struct Descended<S> {
+    pub(super) state: State<S>,
+    pub(super) report: CloudReport,
+    multipliers: Vec<f64>,
 }
 
 pub(super) fn fit<S: Shape + Clone>(
@@ -51,21 +55,21 @@ pub(super) fn fit<S: Shape + Clone>(
     let shape = asked.shape.as_shape();
     let Some(squares) = fair.squares(shape, run.origin)? else { return run.fit(None, asked.iterations) };
     squares.check(shape.control_vertices().len())?;
-    run.fair(squares)
+    weighed(&mut run, squares)
 }
 
-struct Run<'a, S> {
-    asked: &'a CloudFit<S>,
-    points: &'a [Point],
+pub(super) struct Run<'a, S> {
+    pub(super) asked: &'a CloudFit<S>,
+    pub(super) points: &'a [Point],
     shares: &'a [f64],
-    solver: &'a dyn Solver,
+    pub(super) solver: &'a dyn Solver,
     observer: &'a dyn Observer,
-    energies: Vec<(f64, Squares)>,
+    pub(super) energies: Vec<(f64, Squares)>,
     origin: Point,
     patches: Patches,
     problem: Problem,
     nearest: Solution,
-    held: Held,
+    pub(super) held: Held,
 }
 
 impl<'a, S: Shape + Clone> Run<'a, S> {
@@ -128,54 +132,18 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
         })
     }
 
-    fn size(&self) -> f64 {
+    pub(super) fn size(&self) -> f64 {
         diagonal(self.points).max(diagonal(self.asked.shape.control_vertices()))
     }
 
-    /// With an energy whose weight follows from the noise that is left, from more to less.
-    fn fair(&mut self, squares: Squares) -> Result<CloudFitted<S>> {
-        let size = self.size();
-        let per_point = self.held.free.len() as f64 / self.points.len() as f64;
-        let share = per_point.min(0.5) / (1.0 - per_point.min(0.5));
-        let of = |squares: &Squares, shape: &S, run: &Self| squares.energy(&run.relative(shape)).0;
-        let start = self.state(self.asked.shape.clone())?;
-        let first = self.value(&start).0;
-        let mut weight = first / (of(&squares, &start.shape, self) + size * size);
-        let at = self.energies.len();
-        self.energies.push((weight, squares));
-        let (mut steps, mut round, mut last) = (0, 0, None::<CloudFitted<S>>);
-        // Less noise than rounding makes is none.
-        let least = (ROUNDING * size).powi(2);
-        loop {
-            round += 1;
-            let found = weight > 0.0 && round < ROUNDS;
-            let left = self.asked.iterations.saturating_sub(steps);
-            let most = if found { left.min(EACH) } else { left };
-            if !(weight > 0.0 && weight.is_finite()) {
-                self.energies.truncate(at);
-            } else {
-                self.energies[at].0 = weight;
-            }
-            let from = last.as_ref().map(|fitted| fitted.shape.clone());
-            let mut fitted = self.fit(from, most)?;
-            steps += fitted.report.iterations;
-            fitted.report.iterations = steps;
-            fitted.report.before = first.sqrt();
-            fitted.report.fair = Some(self.energies.get(at).map_or(0.0, |(weight, _)| *weight));
-            let energy = self.energies.get(at).map_or(0.0, |(_, squares)| of(squares, &fitted.shape, self));
-            let noise = fitted.report.rms.powi(2);
-            let wanted = if noise > least && energy > 0.0 { share * noise / energy } else { 0.0 };
-            let settled = (wanted - weight).abs() <= SETTLED * weight;
-            if settled && fitted.report.converged || !found || left == 0 {
-                return Ok(fitted);
-            }
-            weight = if settled { weight } else { wanted };
-            last = Some(fitted);
-        }
+    /// From the shape as it is, or from another one on the way, in so many steps at most.
+    pub(super) fn fit(&self, from: Option<S>, most: usize) -> Result<CloudFitted<S>> {
+        let descended = self.descended(from, most)?;
+        self.hand_out(descended)
     }
 
-    /// From the shape as it is, or from another one on the way, in so many steps at most.
-    fn fit(&self, from: Option<S>, most: usize) -> Result<CloudFitted<S>> {
+    /// The same, not yet measured.
+    pub(super) fn descended(&self, from: Option<S>, most: usize) -> Result<Descended<S>> {
         let size = self.size();
         let mut report = CloudReport::default();
         let mut state = match from {
@@ -215,7 +183,8 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
                 let gain = -gradient.iter().zip(&way).map(|(g, d)| g.dot(d)).sum::<f64>();
                 let next = self.state(self.moved(&state.shape, &way, &mut metric)?)?;
                 let (then, after) = self.value(&next);
-                let (kept, held) = ((squares + energy - then - after) / gain, tau);
+                // Of sums, as below: what one rounds to a gain and the other to none would be tried again for ever.
+                let (kept, held) = ((squares + energy - (then + after)) / gain, tau);
                 if !(gain > 0.0 && kept >= POOR) {
                     tau = f64::min(1.0, FACTOR * tau);
                 } else if kept > GOOD {
@@ -236,11 +205,11 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
             state = next.unwrap_or(state);
         }
         report.converged |= self.held.free.is_empty();
-        self.hand_out(state, report, &multipliers)
+        Ok(Descended { state, report, multipliers })
     }
 
     /// A shape with its feet.
-    fn state(&self, shape: S) -> Result<State<S>> {
+    pub(super) fn state(&self, shape: S) -> Result<State<S>> {
         if let Some(vertex) = shape
             .control_vertices()
             .iter()
@@ -257,18 +226,18 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
         Ok(State { shape, feet, order })
     }
 
-    fn model<'b>(&'b self, state: &'b State<S>) -> Result<Model<'b>> {
+    pub(super) fn model<'b>(&'b self, state: &'b State<S>) -> Result<Model<'b>> {
         let shape = state.shape.as_shape();
         Ok(Model::new(shape, &state.feet, &state.order, self.shares, &self.energies)?)
     }
 
     /// The mean square of the distances, and what the energies come to.
-    fn value(&self, state: &State<S>) -> (f64, f64) {
+    pub(super) fn value(&self, state: &State<S>) -> (f64, f64) {
         value(&state.feet, self.shares, &self.energies, &self.relative(&state.shape))
     }
 
     /// The control vertices as the energies see them.
-    fn relative(&self, shape: &S) -> Vec<Vector> {
+    pub(super) fn relative(&self, shape: &S) -> Vec<Vector> {
         shape.control_vertices().iter().map(|p| p - self.origin).collect()
     }
 
@@ -292,12 +261,9 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
         Ok(next)
     }
 
-    fn hand_out(
-        &self,
-        state: State<S>,
-        mut report: CloudReport,
-        multipliers: &[f64],
-    ) -> Result<CloudFitted<S>> {
+    /// What was found, measured.
+    pub(super) fn hand_out(&self, descended: Descended<S>) -> Result<CloudFitted<S>> {
+        let Descended { state, mut report, multipliers } = descended;
         let shapes = self.among(&state.shape);
         let assembly = self.nearest.assembly();
         self.problem.verify(assembly, &shapes, self.solver.name())?;

@@ -9,6 +9,7 @@ mod plate;
 mod rows;
 mod step;
 mod tree;
+mod weight;
 
 use loftsman_kernel::text::{figure, short};
 use std::fmt;
@@ -98,11 +99,14 @@ impl<S: Shape + Clone> CloudFit<S> {
         self
     }
 
-    /// Adds an energy whose weight follows from the noise of the points: `λ E = σ² ρ / (1 - ρ)`, with `σ²` the mean of the squared distances
-    /// and `ρ` the number of free control vertices for each point, at most a half. With as much as that the shape is, of all, the likeliest
-    /// one under noise of this size in the points and in the energy's squares (the fixed point of the evidence, MacKay 1992, each vertex
-    /// counting once). The search starts with far more and comes down to it, which keeps shapes from folding on the way; the less noise, the
-    /// less energy, and none but for rounding where the shape can pass through all points. [`CloudReport::fair`] says the weight.
+    /// Adds an energy whose weight follows from the noise of the points: `λ E = (3 / c) σ² γ / (N - d - γ)`, with `σ²` the mean of the squared
+    /// distances of `N` points, `c` the coordinates that these see (two from a curve, one from a surface), `d` the dimensions of shapes without
+    /// any of the energy, and `γ` those of the others that points determine beside it: the free vertices less `d` and the trace of `λ K` by the matrix of all. With
+    /// as much as that the shape is, of all, the likeliest one under noise of this size in the points and in the energy's squares (the fixed
+    /// point of the evidence, MacKay 1992). The search starts with far more and comes down to it, which keeps shapes from folding on the way;
+    /// the less noise, the less energy, and none but for rounding where the shape can pass through all points. Where even the most is not enough,
+    /// as for points of a line with noise, the shape has no energy. [`CloudReport::fair`] says the weight. Cost: each weight that is
+    /// tried factors one matrix more.
     #[must_use]
     pub fn fair(mut self, energy: DerivativeEnergy) -> Self {
         self.fair = Some(energy);

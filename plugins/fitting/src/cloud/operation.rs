@@ -14,6 +14,7 @@ use loftsman_kernel::shape::Shape;
 use loftsman_kernel::{Error, Point};
 use nalgebra::Matrix4;
 
+use crate::error::FitError;
 use crate::operation::place;
 
 use super::{CloudFit, CloudReport, DerivativeEnergy, ITERATIONS, TOLERANCE};
@@ -42,7 +43,7 @@ const DECLARATION: Declaration = Declaration {
         Field::optional(
             "energy",
             "\"stretch\" | \"membrane\" | \"bend\" | \"thin-plate\" | \"variation\"",
-            "\"bend\"",
+            "\"bend\"; \"stretch\" of degree 1",
             "what the shape has little of beside (not where fair = 0)",
         ),
         Field::optional(
@@ -111,13 +112,31 @@ impl Operation for FitShape {
                 .into());
         }
         let points = points(scene, from, &names)?;
-        let (mut fit, unfair) = fit_of(parameters, shapes[0].as_ref(), CloudFit::new(&shapes[0]))?;
-        for other in &shapes[1..] {
-            fit = fit.with(other.boxed());
-        }
-        fit = constraints.iter().cloned().fold(fit, CloudFit::ask);
+        let built = |orders: &[usize]| {
+            let (mut fit, unfair) =
+                fit_of(parameters, shapes[0].as_ref(), CloudFit::new(&shapes[0]), orders)?;
+            for other in &shapes[1..] {
+                fit = fit.with(other.boxed());
+            }
+            Ok::<_, ParameterError>((constraints.iter().cloned().fold(fit, CloudFit::ask), unfair))
+        };
         let start = context.clock.seconds();
-        let fitted = fit.watched(&points, &solver, context.observer)?;
+        let (fit, mut unfair) = built(&[2, 1])?;
+        let mut fitted = fit.watched(&points, &solver, context.observer);
+        if let Err(FitError::Undetermined { vertices, rank, .. }) = &fitted
+            && !parameters.has("energy")
+            && !parameters.has("fair")
+        {
+            // Nobody asked for this energy, and what it does not see another one does.
+            let told = format!(
+                "the points and \"bend\" determine {rank} of {vertices} control vertices: the energy is \"stretch\", which keeps near to the others what no point sees"
+            );
+            let other = built(&[1])?.0.watched(&points, &solver, context.observer);
+            if other.is_ok() {
+                (fitted, unfair) = (other, Some(told));
+            }
+        }
+        let fitted = fitted.map_err(|error| advised(error, parameters, shapes[0].as_ref()))?;
         let seconds = context.clock.seconds() - start;
         let before: Vec<Box<dyn Shape>> =
             (0..shapes.len()).map(|index| frames.own_shape(index, shapes[index].as_ref())).collect();
@@ -171,11 +190,13 @@ fn points(scene: &Scene, name: &str, shapes: &[String]) -> Result<Vec<Point>, Op
 /// A fit of a shape of whatever kind.
 type AnyFit = CloudFit<Box<dyn Shape>>;
 
-/// What the fields ask of a fit, and what there is to say where no energy can be had that nobody asked for.
+/// What the fields ask of a fit, with the first energy of these orders that the shape has where nobody asks for one, and what there is to say where it
+/// has none.
 fn fit_of(
     parameters: &Parameters,
     shape: &dyn Shape,
     mut fit: AnyFit,
+    orders: &[usize],
 ) -> Result<(AnyFit, Option<String>), ParameterError> {
     let mut unfair = None;
     // The words that `fair` knows.
@@ -191,12 +212,17 @@ fn fit_of(
         }
         Some(0.0) => {}
         Some(weight) => fit = fit.energy(weight, DerivativeEnergy(order)),
-        None => match DerivativeEnergy(order).squares(shape, Point::origin()) {
-            Err(error) if !parameters.has("energy") => {
-                unfair = Some(format!("nothing keeps the shape fair beside its points: {error}"));
+        None if parameters.has("energy") => fit = fit.fair(DerivativeEnergy(order)),
+        None => {
+            let has = |order: &usize| DerivativeEnergy(*order).squares(shape, Point::origin()).is_ok();
+            match orders.iter().copied().find(has) {
+                Some(order) => fit = fit.fair(DerivativeEnergy(order)),
+                None => {
+                    let why = DerivativeEnergy(1).squares(shape, Point::origin()).err();
+                    unfair = why.map(|e| format!("nothing keeps the shape fair beside its points: {e}"));
+                }
             }
-            _ => fit = fit.fair(DerivativeEnergy(order)),
-        },
+        }
     }
     if parameters.has("weights") {
         fit = fit.weights(parameters.numbers("weights")?);
@@ -213,6 +239,23 @@ fn fit_of(
         .iterations(parameters.count_or("iterations", ITERATIONS)?)
         .smooth(smooth);
     Ok((fit, unfair))
+}
+
+/// Where vertices are left open: what would determine them, in the words of the fields.
+fn advised(error: FitError, parameters: &Parameters, shape: &dyn Shape) -> FitError {
+    let FitError::Undetermined { rank, vertices, first } = error else { return error };
+    let stretched = parameters.text("energy").is_ok_and(|word| ["stretch", "membrane"].contains(&word));
+    let without = parameters.number("fair").is_ok_and(|weight| weight == 0.0);
+    let advice = if DerivativeEnergy(1).squares(shape, Point::origin()).is_err() || stretched && !without {
+        "give points where it acts, or lock it"
+    } else if without {
+        "leave \"fair\" out, or set energy = \"stretch\" with a little \"fair\" (1e-6), which keep near to the others what no point sees"
+    } else {
+        "energy = \"stretch\" keeps near to the others what no point sees; or give points where it acts, or lock it"
+    };
+    FitError::Request(format!(
+        "the points determine {rank} of {vertices} control vertices, and vertex {first} is the first that is left open: {advice}"
+    ))
 }
 
 fn report_of(object: &str, report: &CloudReport, points: &[Point], unit: Unit) -> StepReport {

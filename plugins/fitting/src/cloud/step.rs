@@ -1,6 +1,7 @@
 //! One step of a fit: the least of a model under equations.
 
 use loftsman_kernel::Vector;
+use loftsman_kernel::energy::Squares;
 use loftsman_kernel::solve::{
     EnvelopeCholesky, Factored, Solver, SparseRows, Symmetric, System, SystemMetric,
 };
@@ -13,6 +14,18 @@ const PIVOT: f64 = 1e-13;
 /// Steps of one search, and the part of its start at which the gradient, in the metric of the matrix, is small enough.
 const STEPS: usize = 100;
 const SMALL: f64 = 1e-8;
+
+/// Vectors that a trace is estimated with.
+const PROBES: usize = 66;
+
+/// The next of a sequence of signs (Steele, Lea and Flood 2014).
+fn sign(state: &mut u64) -> f64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    if (z ^ (z >> 31)) & 1 == 0 { 1.0 } else { -1.0 }
+}
 
 /// What holds while vertices move: which are free, and the equations of the constraints.
 pub(super) struct Held {
@@ -89,11 +102,7 @@ impl<'a> Metric<'a> {
         let order = matrix.narrow_order();
         let mut position = vec![0; n];
         order.iter().enumerate().for_each(|(k, &row)| position[row] = k);
-        let first: Vec<u32> = order
-            .iter()
-            .enumerate()
-            .map(|(k, &row)| matrix.row(row).map(|(j, _)| position[j]).fold(k, usize::min) as u32)
-            .collect();
+        let first = envelope(&matrix, &order);
         let mut line = (usize::MAX, vec![0.0; n]);
         let entry = |i: usize, j: usize| {
             if line.0 != i {
@@ -133,6 +142,32 @@ impl<'a> Metric<'a> {
         for (slot, &at) in self.work.as_chunks::<3>().0.iter().zip(&self.order) {
             out[self.held.free[at]] = Vector::from(*slot);
         }
+    }
+
+    /// `tr W⁻¹ K` over the free vertices, `K` the matrix of an energy: exactly for few of them, else by [`PROBES`] vectors of signs (Hutchinson
+    /// 1990), the same ones every time, which miss it by `(2 n / PROBES)^½` at most, times its own largest eigenvalue.
+    pub(super) fn trace(&mut self, energy: &Squares, count: usize) -> f64 {
+        let n = self.held.free.len();
+        let exact = n <= PROBES;
+        let probes = if exact { n } else { PROBES };
+        let zeros = || vec![Vector::zeros(); count];
+        let (mut product, mut solved) = (zeros(), zeros());
+        let (mut sum, mut state) = (0.0, 0_u64);
+        // Three at a time, one an axis.
+        for some in (0..probes).step_by(3) {
+            let mut probe = zeros();
+            for axis in 0..3.min(probes - some) {
+                if exact {
+                    probe[self.held.free[some + axis]][axis] = 1.0;
+                } else {
+                    self.held.free.iter().for_each(|&v| probe[v][axis] = sign(&mut state));
+                }
+            }
+            energy.gradient(&probe, false, &mut product);
+            self.solve(&product, &mut solved);
+            sum += probe.iter().zip(&solved).map(|(a, b)| a.dot(b)).sum::<f64>();
+        }
+        if exact { sum } else { sum / probes as f64 }
     }
 
     /// What the equations have of an adjustment.
@@ -207,8 +242,31 @@ impl<'a> Metric<'a> {
     }
 }
 
-/// The rank of a matrix that has not its full one, by elimination within its envelope, and the vertices that it leaves open.
+/// The rank of a matrix that has not its full one, and the vertices that it leaves open.
 fn undetermined(matrix: &Symmetric, held: &Held, order: &[usize], first: &[u32]) -> FitError {
+    let n = matrix.size();
+    let open: Vec<usize> = dependent(matrix, order, first).into_iter().map(|row| held.free[row]).collect();
+    let least = open.iter().min().copied().unwrap_or(0);
+    FitError::Undetermined { rank: n - open.len(), vertices: n, first: least }
+}
+
+/// How many dimensions a positive semidefinite matrix maps to nothing.
+pub(super) fn nullity(matrix: &Symmetric) -> usize {
+    let order = matrix.narrow_order();
+    let first = envelope(matrix, &order);
+    dependent(matrix, &order, &first).len()
+}
+
+/// The envelope of a matrix whose rows come in an order: where each begins.
+fn envelope(matrix: &Symmetric, order: &[usize]) -> Vec<u32> {
+    let mut position = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(k, &row)| position[row] = k);
+    let begins = |(k, &row): (usize, &usize)| matrix.row(row).map(|(j, _)| position[j]).fold(k, usize::min);
+    order.iter().enumerate().map(|row| begins(row) as u32).collect()
+}
+
+/// The rows of a positive semidefinite matrix that depend on those before them in an order, by elimination within the envelope.
+fn dependent(matrix: &Symmetric, order: &[usize], first: &[u32]) -> Vec<usize> {
     let n = matrix.size();
     let mut rows: Vec<Vec<f64>> = Vec::with_capacity(n);
     let mut open = Vec::new();
@@ -226,11 +284,10 @@ fn undetermined(matrix: &Symmetric, held: &Held, order: &[usize], first: &[u32])
         let left = own - row[..i - from].iter().map(|l| l * l).sum::<f64>();
         let sound = left > PIVOT * own;
         if !sound {
-            open.push(held.free[order[i]]);
+            open.push(order[i]);
         }
         row[i - from] = if sound { left.sqrt() } else { 0.0 };
         rows.push(row);
     }
-    open.sort_unstable();
-    FitError::Undetermined { rank: n - open.len(), vertices: n, first: open.first().copied().unwrap_or(0) }
+    open
 }
