@@ -213,7 +213,9 @@ fn told(areas: impl Iterator<Item = f64>, one: &str, more: &str) -> Option<Strin
     match areas.len() {
         0 => None,
         1 => Some(format!("a loop of it, around an area of {}, lies {one}", named.join(""))),
-        count => Some(format!("{count} loops of it, around areas of {}{others}, lie {more}", named.join(", "))),
+        count => {
+            Some(format!("{count} loops of it, around areas of {}{others}, lie {more}", named.join(", ")))
+        }
     }
 }
 
