@@ -282,7 +282,10 @@ impl Outputs {
             Ok(_) => Err(Error::file(shown(), format!("{} is not a folder", folder.display()))),
             Err(_) if self.create_folders => Ok(folder.join(name)),
             Err(_) => {
-                let problem = format!("the folder {} does not exist; create it first", folder.display());
+                let problem = format!(
+                    "the folder {} does not exist; create it first, or have it made (create_folders = true in a recipe)",
+                    folder.display()
+                );
                 Err(Error::file(shown(), problem))
             }
         }

@@ -204,6 +204,9 @@ impl Recipe {
         fields.check(FIELDS)?;
         let (inputs, outputs) = (files(&fields, "input")?, files(&fields, "output")?);
         let mut steps = Vec::new();
+        if fields.value("step").is_some_and(Value::is_object) {
+            return Err(fields.error("step", "a table where a list is needed: write [[step]], with two brackets"));
+        }
         for step in fields.tables("step")? {
             step.text("op")?;
             steps.push(step.names().filter_map(|n| Some((n.to_owned(), step.value(n)?.clone()))).collect());

@@ -228,6 +228,26 @@ fn short_closed_lines_and_vertices_colours_are_written_alike_again() {
     }
 }
 
+/// The number behind the name of a surface beside its mesh makes no name of it that another object has, whatever the order.
+#[test]
+fn names_with_numbers_stay_those_of_their_objects() {
+    let mut random = Lcg::new(3);
+    let space = || Space::clamped_uniform(2, 4).unwrap();
+    let mut patch = || {
+        let points = (0..16).map(|_| Point::new(random.next(), random.next(), random.next())).collect();
+        Surface::new(space(), space(), points).unwrap()
+    };
+    let names = ["body", "body.002", "body.001", "body.001.001", "body.003"];
+    for turn in 0..names.len() {
+        let mut scene = Scene::new();
+        for k in 0..names.len() {
+            let name = names[(k + turn) % names.len()];
+            scene.add(Object::new(name, patch().into())).unwrap();
+        }
+        check(&scene);
+    }
+}
+
 #[test]
 fn a_mesh_that_somebody_has_changed_beside_its_surface_is_an_object_of_its_own() {
     let scene = spline_scene(1, 2);

@@ -285,7 +285,10 @@ impl Functional for Length {
 pub(crate) fn positive(what: &str, kind: &str, wanted: &[f64]) -> Result<()> {
     match wanted.iter().find(|w| **w <= 0.0) {
         None => Ok(()),
-        Some(w) => Err(Error::Invalid(format!("{what}: a {kind} of {w} cannot be; ask for more than 0"))),
+        Some(w) => {
+            let w = figure(*w);
+            Err(Error::Invalid(format!("{what}: a {kind} of {w} cannot be; ask for more than 0")))
+        }
     }
 }
 

@@ -405,10 +405,16 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
             notes,
             smooth,
         };
+        // Coordinates are rounded, so that what is between them is known to so much and no better.
+        let size = x.iter().map(|p| p.amax()).fold(0.0, f64::max);
+        let rounding = 4.0 * f64::EPSILON * size;
         if let Some(radius) =
-            self.fair.within.filter(|radius| report.farthest.is_nan() || report.farthest > *radius)
+            self.fair.within.filter(|radius| report.farthest.is_nan() || report.farthest > *radius + rounding)
         {
-            let far = report.farthest;
+            // As short as they differ.
+            let are_alike = figure(report.farthest) == figure(radius);
+            let told = |x: f64| if are_alike { x.to_string() } else { figure(x) };
+            let (far, radius) = (told(report.farthest), told(radius));
             let text = format!("a control vertex would move by {far}, beyond {radius}: allow more");
             return Err(Error::Invalid(text).into());
         }

@@ -187,12 +187,12 @@ fn totals(totals: &Totals) -> Vec<String> {
     all.iter().map(|(number, what)| count(n(*number), what)).collect()
 }
 
-/// `3 open edges: 12 near (0 1 2), 14 near (0 1 3), …`.
+/// `3 open edges: edge 12 near (0 1 2), edge 14 near (0 1 3), …`.
 fn open(number: usize, first: &[OpenEdge]) -> String {
     let named: Vec<String> = first
         .iter()
         .take(NAMED)
-        .map(|open| format!("{} near {}", open.edge, measures::place(open.at)))
+        .map(|open| format!("edge {} near {}", open.edge, measures::place(open.at)))
         .collect();
     let more = if number > named.len() { ", …" } else { "" };
     format!("{}: {}{more}", count(number, "open edge"), named.join(", "))
@@ -278,7 +278,11 @@ fn object(object: &ObjectFacts, unit: Unit) -> String {
     facts.extend(object.off_edges.map(|n| off(n, &object.off_at)));
     facts.extend(object.loops.map(|n| count(n, "loop")));
     facts.extend(object.lines.map(|n| count(n, "line")));
-    facts.extend(object.domain.iter().map(|[a, b]| format!("domain {} to {}", figure(*a), figure(*b))));
+    let range = |[a, b]: &[f64; 2]| format!("{} to {}", figure(*a), figure(*b));
+    match &object.domain[..] {
+        [u, v] => facts.push(format!("domain u {}, v {}", range(u), range(v))),
+        all => facts.extend(all.iter().map(|all| format!("domain {}", range(all)))),
+    }
     facts.extend(object.frames.map(|n| count(n, "frame")));
     facts.extend(object.layer.as_ref().map(|l| format!("layer {l}")));
     facts.extend(object.color.map(|color| format!("colour {}", color.map(figure).join(" "))));

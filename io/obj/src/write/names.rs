@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use loftsman_kernel::named::Named;
 use loftsman_kernel::scene::{Definition, Geometry, Object, Scene};
-use loftsman_kernel::text::{clip, counted};
+use loftsman_kernel::text::{a, clip, counted};
 
 use super::print;
 
@@ -31,6 +31,12 @@ pub(crate) fn changed(scene: &Scene) -> Vec<String> {
     .collect()
 }
 
+/// The names of all objects, those of definitions among them.
+pub(crate) fn of_objects(scene: &Scene) -> impl Iterator<Item = &str> {
+    let of_definitions = scene.definitions().iter().flat_map(Definition::objects);
+    scene.objects().iter().chain(of_definitions).map(Object::name)
+}
+
 fn line<'n>(of: &str, names: impl Iterator<Item = &'n str>, written: fn(&str) -> String) -> Option<String> {
     let changed: Vec<(&str, String)> =
         names.map(|name| (name, written(name))).filter(|(name, written)| name != written).collect();
@@ -42,7 +48,7 @@ fn line<'n>(of: &str, names: impl Iterator<Item = &'n str>, written: fn(&str) ->
     }
     let count = counted(
         changed.len(),
-        &format!("name[|s] of [a {of}|{of}s] cannot stand in OBJ and [is|are] changed"),
+        &format!("name[|s] of [{}|{of}s] cannot stand in OBJ and [is|are] changed", a(of)),
     );
     (!changed.is_empty()).then(|| format!("{count}: {}", few.join(", ")))
 }

@@ -1,6 +1,6 @@
 //! Numbers and names as OBJ has them.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 
 /// Appends a blank and the shortest text that reads back as the same number.
@@ -31,24 +31,33 @@ pub(crate) fn name(name: &str) -> String {
     if clean.is_empty() { "object".to_owned() } else { clean }
 }
 
-/// Names that are taken, each with the last number behind it that was tried: all before it are taken too.
+/// Names that are taken, each with the last number behind it that was tried: all before it are taken too; and those that are kept for what has them in
+/// the scene.
 #[derive(Debug, Default)]
-pub(crate) struct Names(HashMap<String, usize>);
+pub(crate) struct Names {
+    taken: HashMap<String, usize>,
+    kept: HashSet<String>,
+}
 
 impl Names {
+    /// None is taken, and no number behind a name makes one of these of it.
+    pub(crate) fn beside<'n>(names: impl Iterator<Item = &'n str>) -> Self {
+        Self { taken: HashMap::new(), kept: names.map(name).collect() }
+    }
+
     /// A name that stays on its line and that nobody else has: with a number behind it where it is taken.
     pub(crate) fn unique(&mut self, wanted: &str) -> String {
         let clean = name(wanted);
         let mut unique = clean.clone();
-        if let Some(&tried) = self.0.get(&clean) {
+        if let Some(&tried) = self.taken.get(&clean) {
             let mut number = tried;
-            while self.0.contains_key(&unique) {
+            while self.taken.contains_key(&unique) || (number > tried && self.kept.contains(&unique)) {
                 number += 1;
                 unique = format!("{clean}.{number:03}");
             }
-            self.0.insert(clean, number);
+            self.taken.insert(clean, number);
         }
-        self.0.insert(unique.clone(), 0);
+        self.taken.insert(unique.clone(), 0);
         unique
     }
 }

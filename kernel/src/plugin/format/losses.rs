@@ -64,7 +64,7 @@ impl Holds {
         let refused = self.refuses_nothing && !shown(scene).iter().any(holds);
         refused.then(|| {
             format!(
-                "there is no {} in the scene, and such a file holds nothing else: tessellate first, or choose another format",
+                "there is no {} in the scene, and such a file holds nothing else: choose another format, or make some first (tessellate and sample make lines of curves)",
                 [self.exact, self.tessellated].concat().join(" and no ")
             )
         })
