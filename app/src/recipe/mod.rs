@@ -205,7 +205,9 @@ impl Recipe {
         let (inputs, outputs) = (files(&fields, "input")?, files(&fields, "output")?);
         let mut steps = Vec::new();
         if fields.value("step").is_some_and(Value::is_object) {
-            return Err(fields.error("step", "a table where a list is needed: write [[step]], with two brackets"));
+            return Err(
+                fields.error("step", "a table where a list is needed: write [[step]], with two brackets")
+            );
         }
         for step in fields.tables("step")? {
             step.text("op")?;

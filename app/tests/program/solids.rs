@@ -121,7 +121,8 @@ fn what_is_open_is_named_with_its_place() {
     assert!((at[0].hypot(at[1]) - 1000.0).abs() < 1e-3, "{at:?}");
     let text = LOFTSMAN.done(folder.path(), &["info", &data("test_pipe.step"), "--to", "obj"]);
     assert!(
-        text.contains("1 open edge: edge 0 near (") && text.contains("brep becomes segments or triangles (6)"),
+        text.contains("1 open edge: edge 0 near (")
+            && text.contains("brep becomes segments or triangles (6)"),
         "{text}"
     );
 }
