@@ -78,7 +78,7 @@ pub(super) fn folded(
     let advice = if bending > 0.0 {
         "`bending` does not see that as it is; give it more control vertices there (operation refine), or less `bending`"
     } else {
-        "no stretch that is summed up in its spans sees that as it is; give it more control vertices there (operation refine), or some `bending`"
+        "what is summed up of its stretch does not see that as it is; give it a degree more (operation elevate), more control vertices there (operation refine), or some `bending`"
     };
     Ok(Some(format!(
         "{name:?} turns back at {}{others}, within a span, where it is pushed together to {} % of its length at rest: {advice}",

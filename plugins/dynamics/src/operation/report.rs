@@ -187,7 +187,8 @@ fn unresolved(name: &str, unseen: Unseen) -> Option<String> {
     differs.then(|| {
         format!(
             "steps take the elastic energy of {name:?} for {}, and summed up finely it is {}: within its spans it is stretched or pushed together otherwise than they see (by {} % \
-             on average), and where it is or rests is off by as much; give it more control vertices (operation refine), where it turns sharply above all",
+             on average), and where it is or rests is off by as much; give it a degree more (operation elevate), with whose knots steps see all of it, or more control vertices \
+             (operation refine)",
             figure(seen),
             figure(seen + more),
             short(100.0 * strain)
