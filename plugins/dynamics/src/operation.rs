@@ -131,7 +131,11 @@ impl Operation for Simulate {
             None
         };
         for (index, name) in run.names.iter().enumerate() {
-            let stretch = simulation.largest_stretch(index)?;
+            // Of a surface where energy is summed up: at a pole, which opens as it deforms, there is no bound to it.
+            let stretch = match simulation.shape(index)?.domain().len() {
+                1 => simulation.largest_stretch(index)?,
+                _ => simulation.stretch(index)?,
+            };
             if stretch > TORN {
                 return Err(DynamicsError::Torn {
                     body: name.clone(),

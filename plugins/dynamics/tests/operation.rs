@@ -1,6 +1,6 @@
 //! The operation `simulate` in recipes: what it tells, what it leaves, what it refuses.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests may fail the test")]
 
 use std::cell::RefCell;
 
@@ -305,6 +305,28 @@ fn what_stands_still_is_told_what_helps() {
     scene.add(Object::new("sheet", Geometry::Surface(sheet))).unwrap();
     let message = run(&mut scene, json!({ "seconds": 0.1 })).unwrap_err().to_string();
     assert!(message.contains("stands still") && message.contains("(operation fair"), "{message}");
+}
+
+/// A sheet with a pole opens there as soon as it deforms, by what has no bound: that is no reason to refuse it, soft or stiff.
+#[test]
+fn a_pole_is_not_torn() {
+    for stiffness in [300.0, 3e4, 3e5] {
+        let space = Space::clamped_uniform(3, 5).unwrap();
+        let at = |k: usize| {
+            let (r, turn) = ((k / 5) as f64 / 4.0, (k % 5) as f64 / 4.0 * std::f64::consts::FRAC_PI_2);
+            Point::new(r * turn.cos(), r * turn.sin(), 0.3 * (1.0 - r * r))
+        };
+        let fan = Surface::new(space.clone(), space, (0..25).map(at).collect()).unwrap();
+        let mut scene = Scene::new();
+        scene.add(Object::new("fan", Geometry::Surface(fan))).unwrap();
+        let held = json!([{ "kind": "fixed", "at": [2, 0] }, { "kind": "fixed", "at": [2, 2] }]);
+        for mut fields in [json!({ "seconds": 0.2 }), json!({ "settle": true })] {
+            (fields["stiffness"], fields["constraints"]) = (json!(stiffness), held.clone());
+            if let Err(error) = run(&mut scene.clone(), fields) {
+                panic!("{stiffness}: {error}");
+            }
+        }
+    }
 }
 
 /// Times are told to a thousandth of the motion where that is shorter than a second.
