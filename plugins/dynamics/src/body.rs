@@ -64,6 +64,10 @@ pub struct Body {
     pub(crate) velocities: Option<Vec<loftsman_kernel::Vector>>,
     /// Whether its ends are kept together, though its knots do not close it.
     pub(crate) closed: bool,
+    /// How many conditions keep it together and smooth where its knots do not, each of which takes as much freedom as a control vertex has.
+    pub(crate) kept: usize,
+    /// Whether its stiffness follows from its weight, because none was given.
+    pub(crate) by_weight: bool,
 }
 
 impl Body {
@@ -77,6 +81,8 @@ impl Body {
             still: false,
             velocities: None,
             closed: false,
+            kept: 0,
+            by_weight: false,
         }
     }
 
@@ -133,6 +139,13 @@ impl Body {
     #[must_use]
     pub fn viscosity(mut self, viscosity: f64) -> Self {
         self.material.viscosity = viscosity;
+        self
+    }
+
+    /// Its stiffness is such as to carry its weight, because none was given.
+    #[must_use]
+    pub(crate) fn stiff_by_weight(mut self, by_weight: bool) -> Self {
+        self.by_weight = by_weight;
         self
     }
 

@@ -5,6 +5,8 @@ use loftsman_kernel::error::{Error, Figure};
 use loftsman_kernel::plugin::OperationError;
 use loftsman_kernel::text::{figure, short};
 
+use crate::scheme::Scheme;
+
 /// The result of what a simulation does.
 pub(crate) type Result<T, E = DynamicsError> = std::result::Result<T, E>;
 
@@ -24,12 +26,13 @@ pub enum DynamicsError {
     },
     /// The shape has no extent somewhere, so that nothing can be stretched there.
     #[error(
-        "the shape stands still at {at}: a rope or sheet needs a length everywhere before it can be stretched; remove repeated \
-         control vertices (operation simplify), or fit a curve to its points"
+        "the shape stands still at {at}: a rope or sheet needs a length everywhere before it can be stretched; {}", apart(*.surface)
     )]
     Collapsed {
         /// Where, by its parameters.
         at: String,
+        /// Whether it is a surface.
+        surface: bool,
     },
     /// Bending of what has no second derivative.
     #[error(
@@ -125,7 +128,7 @@ pub enum DynamicsError {
     /// The numbers left all bounds.
     #[error(
         "the simulation blows up after {} s, in a step of {} s: {}",
-        figure(*.time), figure(*.step), what_to_do((*.step, *.stable), *.implicit, *.fed, .lost.as_deref())
+        figure(*.time), figure(*.step), what_to_do((*.step, *.stable), *.scheme, (*.fed, *.slides), *.strain, .lost.as_deref())
     )]
     BlowsUp {
         /// When.
@@ -134,10 +137,14 @@ pub enum DynamicsError {
         step: f64,
         /// What is known to be stable of explicit steps; infinite where nothing bounds it.
         stable: f64,
-        /// Whether the step was implicit.
-        implicit: bool,
+        /// How steps were taken.
+        scheme: Scheme,
         /// Whether anything is asked to move, comes or goes, or is still drawn in.
         fed: bool,
+        /// Whether a place that is held slides.
+        slides: bool,
+        /// By how many times its length forces, pulls and weight together would stretch a body, the most of all.
+        strain: f64,
         /// A constraint whose place ran away along its shape.
         lost: Option<String>,
     },
@@ -195,15 +202,16 @@ pub enum DynamicsError {
     },
     /// Stiffness so large beside mass that the sum of both is the stiffness alone.
     #[error(
-        "{body:?}: its stiffness, bending or pulls are so large for its mass that a step of {} s drowns the mass in rounding; give smaller \
-         ones, or more mass",
-        Figure(*.step)
+        "{body:?}: its stiffness, bending or pulls are so large for its mass that a step of {} s drowns the mass in rounding; give {}",
+        Figure(*.step), lighter(*.by_weight)
     )]
     Drowned {
         /// What it is called.
         body: String,
         /// The step.
         step: f64,
+        /// Whether its stiffness follows from its weight, because none was given.
+        by_weight: bool,
     },
     /// A step so short that the run would not end.
     #[error(
@@ -238,6 +246,14 @@ pub enum DynamicsError {
     Geometry(#[from] Error),
 }
 
+fn lighter(by_weight: bool) -> &'static str {
+    if by_weight {
+        "less gravity, or a `stiffness`: where none is given it goes with the weight, so that more mass does not help"
+    } else {
+        "smaller ones, or more mass"
+    }
+}
+
 fn where_from(step: f64, stable: f64, implicit: bool, held: bool) -> String {
     let longer = step > stable;
     let stable = figure(stable);
@@ -257,32 +273,77 @@ fn where_from(step: f64, stable: f64, implicit: bool, held: bool) -> String {
     }
 }
 
-fn what_to_do((step, stable): (f64, f64), implicit: bool, fed: bool, lost: Option<&str>) -> String {
+/// What is pulled so strongly that it would be stretched by so many times its length is pulled too strongly.
+const OVERLOADED: f64 = 100.0;
+
+fn what_to_do(
+    (step, stable): (f64, f64),
+    scheme: Scheme,
+    (fed, slides): (bool, bool),
+    strain: f64,
+    lost: Option<&str>,
+) -> String {
+    let implicit = scheme == Scheme::Implicit;
     let longer = step > stable && !implicit;
     let stable = figure(stable);
-    if let Some(name) = lost.filter(|_| !longer) {
+    // In what a step that is too long does forces are no cause.
+    let would =
+        if implicit { String::new() } else { format!("steps up to {stable} s would be stable, but ") };
+    if strain > OVERLOADED && !longer {
         return format!(
-            "steps up to {stable} s would be stable, but \"{name}\" runs away along its shape, as where what it asks for hardly changes along that and nothing tells where it is; give scheme \"epsilon\", in which such a place has a \
-             mass, a smaller step, or a location that stays (`at`)"
+            "{would}forces, pulls and weight together would stretch it to {} times its length: they are too strong for its stiffness; give smaller ones, or more `stiffness`",
+            figure(strain)
         );
+    }
+    if let Some(name) = lost.filter(|_| !longer) {
+        let what = format!(
+            "{would}\"{name}\" runs away along its shape, as where what it asks for hardly changes along that and nothing tells where it is"
+        );
+        let slower = if fed { ", what moves or is drawn in more slowly (`arrive`, `draw`)" } else { "" };
+        return match scheme {
+            Scheme::Exact => format!(
+                "{what}; give scheme \"epsilon\", in which such a place has a mass, a smaller step{slower}, or a location that stays (`at`)"
+            ),
+            Scheme::Epsilon => {
+                format!(
+                    "{what}; give a smaller step{slower}, scheme \"implicit\", or a location that stays (`at`)"
+                )
+            }
+            Scheme::Implicit => {
+                format!("{what}; give a smaller step{slower}, or a location that stays (`at`)")
+            }
+        };
     }
     match (implicit, fed) {
         (true, true) => format!(
-            "what is asked moves too much at once; give a smaller step (explicit ones are stable up to {stable} s), more damping, or targets that come more slowly"
+            "what is asked moves, comes or is drawn in too fast; give a smaller step (explicit ones are stable up to {stable} s), more damping, a later `arrive` or a longer `draw`"
         ),
-        (true, false) => format!(
+        (true, false) if slides => format!(
             "no place near does what is asked, though none of that moves: where a place slides, what it asks for may be nowhere on the shape any more; give a smaller step (explicit ones are stable up to {stable} s), more damping, \
              or scheme \"epsilon\""
+        ),
+        (true, false) => format!(
+            "forces, pulls or speeds are too large for so long a step; give smaller ones, a smaller step (explicit ones are stable up to {stable} s), or more damping"
         ),
         (false, _) if longer => {
             format!("steps up to {stable} s are stable; give a smaller step, or scheme \"implicit\"")
         }
         (false, true) => format!(
-            "steps up to {stable} s would be stable, but what is asked moves too much at once, or forces and pulls are too large; give a smaller step, or scheme \"implicit\""
+            "steps up to {stable} s would be stable, but what is asked moves, comes or is drawn in too fast, or forces and pulls are too large; give a smaller step, scheme \"implicit\", a later `arrive` or a longer `draw`"
         ),
         (false, false) => format!(
-            "steps up to {stable} s would be stable, but forces, pulls or speeds are too large, or what slides is lost; give a smaller step, or scheme \"implicit\""
+            "steps up to {stable} s would be stable, but forces, pulls or speeds are too large{}; give a smaller step, or scheme \"implicit\"",
+            if slides { ", or what slides is lost" } else { "" }
         ),
+    }
+}
+
+/// What to do where a shape stands still.
+fn apart(surface: bool) -> &'static str {
+    if surface {
+        "move repeated control vertices apart (operation fair, or an edit)"
+    } else {
+        "give it control vertices that differ: take points along it (operation sample) and fit a curve to those (operation fit)"
     }
 }
 

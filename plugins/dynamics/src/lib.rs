@@ -55,6 +55,7 @@ mod simulation;
 mod stability;
 mod stiffness;
 mod strain;
+mod whole;
 
 pub use body::{Body, Material};
 pub use constraint::{

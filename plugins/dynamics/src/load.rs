@@ -122,6 +122,14 @@ impl Load {
         }
     }
 
+    /// How strong it is, of a pull where its own body's vertices are `q`.
+    pub(crate) fn strength(&self, q: &[Point], time: f64) -> f64 {
+        match &self.kind {
+            Kind::Force(force) => force.norm(),
+            Kind::Pull { to, stiffness, .. } => stiffness * (to.at(time)[0] - self.value(q)).norm(),
+        }
+    }
+
     /// The energy in its spring.
     pub(crate) fn energy(&self, q: &[Point], time: f64) -> f64 {
         match &self.kind {

@@ -3,23 +3,24 @@
 mod constraints;
 mod declared;
 mod folds;
+mod gravity;
 mod marks;
 mod report;
 mod seams;
 
+use loftsman_kernel::Point;
 use loftsman_kernel::functional::ShapeNames;
 use loftsman_kernel::plugin::{
     Context, Declaration, Frames, Operation, OperationError, ParameterError, Parameters, SceneShapes,
     SeenShapes, StepReport, Table, editable, object_name, put_back,
 };
-use loftsman_kernel::scene::Up;
 use loftsman_kernel::scene::{Animation, Scene};
 use loftsman_kernel::shape::{Shape, cells_of, refine_of};
 use loftsman_kernel::text::{figure, short};
-use loftsman_kernel::{Point, Vector};
 
 use self::constraints::{Words, constraint, force, pull};
 use self::declared::{BODY, FIELDS, TABLES};
+use self::gravity::gravity;
 use self::marks::Spots;
 use self::report::report;
 use self::seams::Seams;
@@ -37,8 +38,6 @@ pub struct Simulate;
 const STIFF: f64 = 200.0;
 /// How fast motion dies away where nothing is said of it: a swing loses two fifths of its speed in a second, so that a first try comes to rest.
 const AIR: f64 = 0.5;
-/// What falls, falls faster by so much every second: in metres.
-const FALL: f64 = 9.81;
 /// More steps than this for one frame would take minutes.
 const MOST_STEPS: f64 = 5e4;
 /// What ends stretched to more than so many times its length was pulled by mistake.
@@ -132,7 +131,11 @@ impl Operation for Simulate {
             None
         };
         for (index, name) in run.names.iter().enumerate() {
-            let stretch = simulation.largest_stretch(index)?;
+            // Of a surface where energy is summed up: at a pole, which opens as it deforms, there is no bound to it.
+            let stretch = match simulation.shape(index)?.domain().len() {
+                1 => simulation.largest_stretch(index)?,
+                _ => simulation.stretch(index)?,
+            };
             if stretch > TORN {
                 return Err(DynamicsError::Torn {
                     body: name.clone(),
@@ -302,7 +305,6 @@ impl Run {
         let settle = parameters.flag("settle")?;
         let mut notes = Vec::new();
         let (rate, frames, seconds) = timing(parameters, settle, &mut notes)?;
-        let (gravity, fall) = gravity(scene, parameters, &mut notes)?;
         let mut names = SceneShapes::new(scene, object)?;
         let tables = parameters.tables("bodies")?;
         let mut others = Vec::with_capacity(tables.len());
@@ -350,6 +352,7 @@ impl Run {
         ]
         .concat();
         let SeenShapes { names, shapes, frames: seen } = names.into_parts()?;
+        let (gravity, fall) = gravity(scene, parameters, &names, &mut notes)?;
         let unsaid = Material { stiffness: f64::NAN, shear: f64::NAN, damping: AIR, ..Material::default() };
         let own = material(parameters, unsaid)?;
         let mut still = Vec::with_capacity(names.len());
@@ -362,8 +365,10 @@ impl Run {
                     None => (own, true),
                 },
             };
-            let body =
-                Body::new(&shapes[index]).called(name).material(stiffened(made, &shapes[index], fall)?);
+            let body = Body::new(&shapes[index])
+                .called(name)
+                .material(stiffened(made, &shapes[index], fall)?)
+                .stiff_by_weight(made.stiffness.is_nan());
             bodies.push(if stays { body.still() } else { body });
             still.push(stays);
         }
@@ -471,31 +476,6 @@ fn timing(
         notes.push(format!("it moves for {} s: {frames} whole frame{plural}{short}", figure(whole)));
     }
     Ok((rate, frames as usize, whole))
-}
-
-/// Gravity, and what a unit of mass weighs.
-fn gravity(
-    scene: &Scene,
-    parameters: &Parameters,
-    notes: &mut Vec<String>,
-) -> Result<(Vector, f64), ParameterError> {
-    let metres = scene.unit.metres();
-    let fall = FALL / metres.unwrap_or(1.0);
-    if parameters.has("gravity") {
-        let given = parameters.vector("gravity")?;
-        return Ok((given, if given.norm() > 0.0 { given.norm() } else { fall }));
-    }
-    let up = match scene.up {
-        Up::X => Vector::x(),
-        Up::Y => Vector::y(),
-        Up::Z => Vector::z(),
-    };
-    if metres.is_none() {
-        notes.push(
-            "the unit of lengths is unknown: gravity is 9.81 of them per s², as if they were metres".into(),
-        );
-    }
-    Ok((up * -fall, fall))
 }
 
 /// The numbers of a material: their fields, and what is asked of each.

@@ -12,6 +12,17 @@ const COLLAPSED: f64 = 1e-9;
 /// So many vertices a span, in each direction, are more than the points of a degree see; and how many points more do.
 const LOOSE: f64 = 1.2;
 const MORE: usize = 1;
+/// With so many a span a curve finds shapes between these points as well, and with so many a cell a surface (Bézier chains and patches, few spans).
+const FREE: [f64; 2] = [1.5, 4.0];
+
+/// How many points a span has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Rule {
+    /// As many as its degree `p`, or one more: where it bends within its spans these let it.
+    Few,
+    /// `2p - 1` where it has many vertices a span, of a surface `2p + 1` in each direction where it has many a cell.
+    Full,
+}
 
 /// The Gauss points of one cell.
 #[derive(Debug, Clone)]
@@ -43,8 +54,12 @@ pub(crate) struct Rest {
 }
 
 /// Gauss points with the rows of first derivatives. With `p` points a span for degree `p`, squares of derivatives are exact; where a span has
-/// more than its share of vertices (Bézier chains, few spans), one more from degree 3 on, or what the points do not see would stretch; on
+/// more than its share of vertices, one more from degree 3 on, or what the points do not see would stretch; on
 /// surfaces one more in each direction always.
+///
+/// A curve with half as many vertices again as spans, or more (Bézier chains, few spans), is free to be as long as at rest at all of these and anything between, folds
+/// among it; a surface of four times as many as cells is. `|P'|²` is of degree `2p - 2`: where it is that at rest at `2p - 1` points it is so everywhere, so that with these nothing rests stretched that steps do not see.
+/// Of more spans the smoothness at their ends does as much, and so many points would hold a rope straight that turns within a few of them (of degree 2 or 3).
 #[derive(Debug, Clone)]
 pub(crate) struct Points {
     pub(crate) directions: usize,
@@ -64,6 +79,12 @@ fn is_loose(vertices: usize, cells: usize, directions: usize) -> bool {
     vertices as f64 > LOOSE.powi(directions as i32) * cells as f64
 }
 
+/// Whether a shape of so many cells, `kept` together where its knots do not, has so many vertices that it needs the full rule.
+fn is_free(shape: &dyn Shape, cells: usize, kept: usize) -> bool {
+    let vertices = shape.control_vertices().len().saturating_sub(kept);
+    vertices as f64 >= FREE[usize::from(shape.domain().len() == 2)] * cells as f64
+}
+
 /// Round extraordinary vertices cells are halved again and again: the smaller its share of a face, the fewer points a cell needs.
 fn enough(cell: &Cell, direction: usize) -> usize {
     let side = cell.sides.get(direction).map_or(1.0, |side| side.end - side.start);
@@ -75,7 +96,7 @@ fn enough(cell: &Cell, direction: usize) -> usize {
 }
 
 impl Points {
-    pub(crate) fn new(shape: &dyn Shape, material: &Material) -> Result<Self> {
+    pub(crate) fn new(shape: &dyn Shape, material: &Material, kept: usize, rule: Rule) -> Result<Self> {
         let directions = shape.domain().len();
         let mut all =
             Self { directions, cells: Vec::new(), vertices: Vec::new(), rows: Vec::new(), rest: Vec::new() };
@@ -84,13 +105,17 @@ impl Points {
         let (mut speeds, mut weights) = (0.0, 0.0);
         let cells = cells_of(shape, "a simulation")?.checked(shape)?;
         let loose = is_loose(vertices.len(), cells.len(), directions);
+        let full = rule == Rule::Full && is_free(shape, cells.len(), kept);
         for cell in cells {
             let count = |k: usize| {
                 let degree = cell.sides.get(k).map_or(0, |side| side.degree);
                 // With fewer a sheet has ways to stretch that cost nothing, most of them in degree 1: all of its cells are seen in full.
                 let more = if directions == 2 || degree >= 3 && loose { MORE } else { 0 };
-                let full = if cell.rational { degree + 4 } else { degree.max(1) + more };
-                full.min(enough(&cell, k))
+                let own = if cell.rational { degree + 4 } else { degree.max(1) + more };
+                // `|P_u|²` is of degree `2p - 2` along `u`, `|P_v|²` of `2p`.
+                let all = if directions == 2 { 2 * degree + 1 } else { (2 * degree).saturating_sub(1) };
+                let own = if full { own.max(all) } else { own };
+                own.min(enough(&cell, k))
             };
             let points = cell.gauss_points([count(0), count(1)]);
             let width = cell.vertices.len();
@@ -129,7 +154,7 @@ impl Points {
         let mean = speeds / weights;
         if !(least.0 > COLLAPSED * mean && mean.is_finite()) {
             let at = least.1.map_or_else(|| "every place".to_owned(), |at: Location| at.to_string());
-            return Err(DynamicsError::Collapsed { at });
+            return Err(DynamicsError::Collapsed { at, surface: directions == 2 });
         }
         Ok(all)
     }

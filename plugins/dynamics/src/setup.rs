@@ -105,6 +105,7 @@ impl Setup {
         for (index, body) in self.bodies.iter_mut().enumerate() {
             let (closed, kept) = crate::seam::kept(body, index, &self.constraints);
             body.closed |= closed;
+            body.kept += kept.len();
             all.extend(kept);
         }
         self.constraints.extend(all);
@@ -204,7 +205,7 @@ impl Setup {
                 weights.push((Weight::Still(count), None));
                 (None, None, 0.0)
             } else {
-                let elastic = Elastic::new(body.shape.as_ref(), &body.material)?;
+                let elastic = Elastic::new(body.shape.as_ref(), &body.material, body.kept)?;
                 let faced = elastic.points.cells.iter().any(|cell| cell.face.is_some());
                 let mass = Mass::new(body.shape.as_ref(), &body.material).map_err(|error| match error {
                     DynamicsError::Massless { vertex, .. } => DynamicsError::Massless { vertex, cage: faced },

@@ -161,7 +161,7 @@ mod tests {
         let sheet = Surface::new(u, v, points.collect()).unwrap();
         let rope = Curve::new(Space::clamped_uniform(4, 9).unwrap(), shaken(9)).unwrap();
         for shape in [&sheet as &dyn loftsman_kernel::shape::Shape, &rope] {
-            let elastic = Elastic::new(shape, &material).unwrap();
+            let elastic = Elastic::new(shape, &material, 0).unwrap();
             let n = shape.control_vertices().len();
             let q: Vec<Point> = shape
                 .control_vertices()

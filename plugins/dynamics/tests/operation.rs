@@ -1,6 +1,6 @@
 //! The operation `simulate` in recipes: what it tells, what it leaves, what it refuses.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests may fail the test")]
 
 use std::cell::RefCell;
 
@@ -253,6 +253,100 @@ fn what_cannot_go_on_says_when_and_which_step() {
     let message = run(&mut scene, fields).unwrap_err().to_string();
     assert!(message.contains("give a `step` of ") && message.contains("or leave it out"), "{message}");
     assert_eq!(scene.object("rope").unwrap().geometry().points(), before);
+}
+
+/// What is pulled too strongly for its stiffness is told that, in every scheme, and no scheme is advised that is the one in use; where nothing slides nothing is said of that, and where stiffness follows
+/// from weight more mass is no advice.
+#[test]
+fn advice_is_of_what_is_asked() {
+    let held = json!([{ "kind": "fixed", "at": 0 }]);
+    let led = json!([{ "kind": "fixed", "at": 0, "to": [[0, 0, 0], [1e6, 0, 0]] }, { "kind": "sliding", "near": 3 }]);
+    for scheme in ["epsilon", "exact", "implicit"] {
+        for fields in [
+            json!({ "seconds": 0.5, "forces": [{ "at": 2, "force": [0, 0, 1e8] }], "constraints": held }),
+            json!({ "seconds": 0.5, "pull": [{ "at": 3, "to": [0, 0, 1e6], "stiffness": 1e6 }], "constraints": held }),
+            json!({ "seconds": 0.5, "constraints": led }),
+        ] {
+            let mut given = fields.clone();
+            given["scheme"] = json!(scheme);
+            let message = run(&mut scene(), given).unwrap_err().to_string();
+            assert!(!message.contains(&format!("scheme \"{scheme}\"")), "{scheme}: {message}");
+            if fields["constraints"] == held {
+                assert!(message.contains("too strong for its stiffness"), "{scheme}: {message}");
+                assert!(!message.contains("slide"), "{scheme}: {message}");
+            }
+        }
+    }
+    for (stiffness, word) in [(None, "less gravity, or a `stiffness`"), (Some(1e32), "more mass")] {
+        let mut fields =
+            json!({ "seconds": 0.5, "scheme": "implicit", "gravity": [0, 0, 1e30], "constraints": held });
+        if let Some(stiffness) = stiffness {
+            fields["stiffness"] = json!(stiffness);
+        }
+        let message = run(&mut scene(), fields).unwrap_err().to_string();
+        assert!(message.contains("drowns the mass") && message.contains(word), "{message}");
+    }
+}
+
+/// Four control vertices in one place among simple knots: what helps is named, of curves and of surfaces.
+#[test]
+fn what_stands_still_is_told_what_helps() {
+    let space = Space::clamped_uniform(3, 9).unwrap();
+    let place = |i: usize| [0.0, 0.2, 0.5, 0.5, 0.5, 0.5, 1.0, 1.3, 1.5][i];
+    let points = (0..9).map(|i| Point::new(place(i), 0.1 * (place(i) * 5.0).sin(), 0.0)).collect();
+    let curve = Curve::new(space.clone(), points).unwrap();
+    let mut scene = Scene::new();
+    scene.add(Object::new("rope", Geometry::Curve(curve))).unwrap();
+    let message = run(&mut scene, json!({ "seconds": 0.1 })).unwrap_err().to_string();
+    assert!(message.contains("stands still") && message.contains("(operation sample)"), "{message}");
+    let points = (0..81).map(|k| Point::new(place(k / 9), (k % 9) as f64, 0.0)).collect();
+    let sheet = Surface::new(space.clone(), space, points).unwrap();
+    let mut scene = Scene::new();
+    scene.add(Object::new("sheet", Geometry::Surface(sheet))).unwrap();
+    let message = run(&mut scene, json!({ "seconds": 0.1 })).unwrap_err().to_string();
+    assert!(message.contains("stands still") && message.contains("(operation fair"), "{message}");
+}
+
+/// A sheet with a pole opens there as soon as it deforms, by what has no bound: that is no reason to refuse it, soft or stiff.
+#[test]
+fn a_pole_is_not_torn() {
+    for stiffness in [300.0, 3e4, 3e5] {
+        let space = Space::clamped_uniform(3, 5).unwrap();
+        let at = |k: usize| {
+            let (r, turn) = ((k / 5) as f64 / 4.0, (k % 5) as f64 / 4.0 * std::f64::consts::FRAC_PI_2);
+            Point::new(r * turn.cos(), r * turn.sin(), 0.3 * (1.0 - r * r))
+        };
+        let fan = Surface::new(space.clone(), space, (0..25).map(at).collect()).unwrap();
+        let mut scene = Scene::new();
+        scene.add(Object::new("fan", Geometry::Surface(fan))).unwrap();
+        let held = json!([{ "kind": "fixed", "at": [2, 0] }, { "kind": "fixed", "at": [2, 2] }]);
+        for mut fields in [json!({ "seconds": 0.2 }), json!({ "settle": true })] {
+            (fields["stiffness"], fields["constraints"]) = (json!(stiffness), held.clone());
+            if let Err(error) = run(&mut scene.clone(), fields) {
+                panic!("{stiffness}: {error}");
+            }
+        }
+    }
+}
+
+/// Times are told to a thousandth of the motion where that is shorter than a second.
+#[test]
+fn short_times_are_told_apart() {
+    let space = Space::clamped_uniform(3, 6).unwrap();
+    for size in [1.0, 1e-9] {
+        let points = (0..6).map(|i| Point::new(0.2 * size * f64::from(i), 0.0, 0.0)).collect();
+        let curve = Curve::new(space.clone(), points).unwrap();
+        let mut scene = Scene::new();
+        scene.unit = Unit::Metre;
+        scene.add(Object::new("rope", Geometry::Curve(curve))).unwrap();
+        let time = 0.5 * f64::sqrt(size);
+        let fields = json!({ "seconds": time, "frames_per_second": 20.0 / time, "constraints": [
+            { "kind": "fixed", "at": 0, "name": "nail", "until": 0.61 * time },
+        ] });
+        let notes = run(&mut scene, fields).unwrap().notes;
+        let wanted = if size == 1.0 { "0.305 s: \"nail\"" } else { "9.64e-6 s: \"nail\"" };
+        assert!(notes.iter().any(|note| note.starts_with(wanted)), "{notes:?}");
+    }
 }
 
 /// What comes after the end is told of, constraints, pulls and forces alike, and blames no field that was not given.

@@ -13,8 +13,8 @@ use crate::simulation::Simulation;
 const MOST: usize = 10_000;
 /// Places more than twice the degree at which each span is looked at.
 const MORE: usize = 6;
-/// Where a curve that turns back has less than this share of its speed it stands as good as still.
-const STILL: f64 = 1e-3;
+/// Where a curve that turns back has less than this share of its speed at rest it is pushed together there by what nothing within its span sees.
+const SLOW: f64 = 0.25;
 /// The place of the least speed is found by so many cuts in three.
 const CUTS: usize = 60;
 /// `bending` beyond this share of stiffness times the square of the length shortens what is curved, and so does any that draws what stays curved together by half of that or more.
@@ -29,7 +29,8 @@ fn tangent(shape: &dyn Shape, cell: &Cell, share: f64) -> Result<Vector, Operati
     Ok(shape.stencil(Location::Curve(u), Derivative::from(1))?.apply(shape.control_vertices()))
 }
 
-/// That a curve turns back within a span, where it stands as good as still: neither its bending nor its stretch sees that.
+/// That a curve turns back within a small part of a span, by more than a right angle and where it is pushed together to less than a quarter of its length at rest: neither its
+/// bending nor its stretch, summed up at a few places of each span, sees that as it is.
 pub(super) fn folded(
     name: &str,
     simulation: &Simulation,
@@ -40,7 +41,8 @@ pub(super) fn folded(
         return Ok(None);
     };
     let start = simulation.start_of(body)?;
-    let (mut found, mut more) = (None, 0_usize);
+    let Material { bending, rest, .. } = simulation.material(body)?;
+    let (mut found, mut more) = (None::<(f64, f64)>, 0_usize);
     for cell in &cells.checked(shape)? {
         let count = 2 * cell.sides.first().map_or(1, |side| side.degree) + MORE;
         let share = |i: usize| i as f64 / count as f64;
@@ -61,23 +63,27 @@ pub(super) fn folded(
             }
             let at = 0.5 * (low + high);
             let speeds = [tangent(shape, cell, at)?.norm(), tangent(start.as_ref(), cell, at)?.norm()];
-            if speeds[0] > STILL * speeds[1] {
+            if speeds[0] > SLOW * rest * speeds[1] {
                 continue;
             }
             last = share(i + 3);
             more += usize::from(found.is_some());
             if let Location::Curve(u) = cell.at([at, 0.0]) {
-                found = found.or(Some((u, speeds[0] / speeds[1])));
+                found = found.or(Some((u, speeds[0] / (rest * speeds[1]))));
             }
         }
     }
     let Some((at, speed)) = found else { return Ok(None) };
     let others = if more > 0 { format!(" and at {more} more places") } else { String::new() };
+    let advice = if bending > 0.0 {
+        "`bending` does not see that as it is; give it more control vertices there (operation refine), or less `bending`"
+    } else {
+        "what is summed up of its stretch does not see that as it is; give it a degree more (operation elevate), more control vertices there (operation refine), or some `bending`"
+    };
     Ok(Some(format!(
-        "{name:?} turns back at {}{others}, within a span, where it stands as good as still ({} of its speed at the start is left): `bending` does not see that; give it more \
-         control vertices there (operation refine), or less `bending`",
+        "{name:?} turns back at {}{others}, within a span, where it is pushed together to {} % of its length at rest: {advice}",
         figure(at),
-        short(speed)
+        short(100.0 * speed)
     )))
 }
 

@@ -7,7 +7,7 @@ use loftsman_kernel::text::{counted, figure, short, without_rounding};
 
 use crate::body::extent;
 use crate::link::LEFT;
-use crate::simulation::{Event, Settled, Simulation, Unrest};
+use crate::simulation::{Event, Settled, Simulation, Unrest, Unseen};
 
 /// Elastic energy that steps do not see is told where it is more than this share of what they do.
 const UNSEEN: f64 = 0.01;
@@ -27,6 +27,14 @@ pub(super) fn report(
     let (equations, rank) = simulation.equations();
     let after = simulation.energy();
     let (mut notes, mut warnings) = (Vec::new(), Vec::new());
+    let mut more = 0.0;
+    let mut differs = false;
+    for body in 0..simulation.bodies.len() {
+        let unseen = simulation.unseen(body)?;
+        (more, differs) = (more + unseen.more, differs || unseen.differs);
+        warnings.extend(unresolved(simulation.body_name(body)?, unseen));
+    }
+    let unseen = (differs || more.abs() > UNSEEN * after.elastic).then_some(after.elastic + more);
     if simulation.sub_steps() > 0 {
         let length = simulation.time() / simulation.sub_steps() as f64;
         notes.push(match scheme {
@@ -52,11 +60,11 @@ pub(super) fn report(
                 figure(stable)
             ),
         });
-        let more = simulation.unseen_energy()?;
-        let unseen = if more.abs() > UNSEEN * after.elastic {
-            format!(" as steps see it ({} in all: stretch varies within spans)", figure(after.elastic + more))
-        } else {
-            String::new()
+        let unseen = match &unseen {
+            Some(whole) => {
+                format!(" as steps see it ({} in all: stretch varies within spans)", figure(*whole))
+            }
+            None => String::new(),
         };
         let parts = [after.kinetic, after.elastic, after.gravity, after.pulls];
         let all = parts.iter().map(|part| part.abs()).sum();
@@ -125,7 +133,10 @@ pub(super) fn report(
     let unheld = gone(simulation)?;
     warnings.extend(unheld.or_else(|| left(simulation)));
     notes.extend(
-        simulation.events().iter().map(|e| format!("{} s: \"{}\": {}", round(e.time), e.name, e.what)),
+        simulation
+            .events()
+            .iter()
+            .map(|e| format!("{} s: \"{}\": {}", round(e.time, simulation.time()), e.name, e.what)),
     );
     notes.extend(ends(simulation, seen)?);
     notes.extend(sides(simulation)?);
@@ -151,7 +162,7 @@ pub(super) fn report(
             ..ConstraintReport::default()
         });
     }
-    Ok(StepReport {
+    let mut told = StepReport {
         op: "simulate".into(),
         object: Some(object.into()),
         equations: Some(equations),
@@ -164,6 +175,24 @@ pub(super) fn report(
         notes,
         warnings,
         ..StepReport::default()
+    };
+    told.numbers.insert("elastic".into(), after.elastic.into());
+    told.numbers.insert("elastic_in_all".into(), (after.elastic + more).into());
+    Ok(told)
+}
+
+/// That a shape is not stretched as steps take it for: what they sum up differs from what there is.
+fn unresolved(name: &str, unseen: Unseen) -> Option<String> {
+    let Unseen { seen, more, strain, differs } = unseen;
+    differs.then(|| {
+        format!(
+            "steps take the elastic energy of {name:?} for {}, and summed up finely it is {}: within its spans it is stretched or pushed together otherwise than they see (by {} % \
+             on average), and where it is or rests is off by as much; give it a degree more (operation elevate), with whose knots steps see all of it, or more control vertices \
+             (operation refine)",
+            figure(seen),
+            figure(seen + more),
+            short(100.0 * strain)
+        )
     })
 }
 
@@ -176,7 +205,7 @@ fn gone(simulation: &mut Simulation) -> Result<Option<String>, OperationError> {
         "nothing holds {:?} any more since {} s, when \"{}\" let go ({}): it goes on along {} for ever; end it sooner (less `seconds`), or hold it at \
          one more place",
         simulation.body_name(body)?,
-        round(last.time),
+        round(last.time, simulation.time()),
         last.name,
         last.what,
         crate::error::direction(&way)
@@ -186,8 +215,9 @@ fn gone(simulation: &mut Simulation) -> Result<Option<String>, OperationError> {
 /// That constraints let go because the end or edge of what slid through them has passed, where others still hold it.
 fn left(simulation: &Simulation) -> Option<String> {
     let left = simulation.events().iter().filter(|event| event.let_go && event.what == LEFT);
-    let mut told: Vec<String> =
-        left.map(|event| format!("\"{}\" ({} s)", event.name, round(event.time))).collect();
+    let mut told: Vec<String> = left
+        .map(|event| format!("\"{}\" ({} s)", event.name, round(event.time, simulation.time())))
+        .collect();
     let more = told.len().saturating_sub(LEFTS);
     told.truncate(LEFTS);
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
@@ -320,8 +350,12 @@ fn within(value: f64, size: f64) -> String {
     if short == "-0" { "0".to_owned() } else { short.to_owned() }
 }
 
-fn round(time: f64) -> f64 {
-    (time * 1000.0).round() / 1000.0
+/// A time to a thousandth of a second, or of a whole motion that is shorter.
+fn round(time: f64, whole: f64) -> String {
+    let finer = if whole > 0.0 { (-whole.log10().floor()).clamp(0.0, 12.0) } else { 0.0 };
+    let unit = 10_f64.powf(3.0 + finer);
+    let rounded = (time * unit).round() / unit;
+    if finer > 0.0 { figure(rounded) } else { rounded.to_string() }
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use super::explicit::FINEST;
 use super::{MOST, Simulation};
 use crate::error::{DynamicsError, Result};
 use crate::link::Phase;
+use crate::points::Rule;
 use crate::scheme::Scheme;
 
 /// No constraint that is drawn in misses more than this share of the size, where steps can be made short enough.
@@ -119,6 +120,7 @@ impl Simulation {
     /// When it blows up, constraints that come contradict others, or very many steps would be needed.
     pub fn advance(&mut self, seconds: f64) -> Result<()> {
         crate::error::check("the time to go on", seconds, false)?;
+        self.see(Rule::Full);
         let end = self.time + seconds;
         // Sums of steps are rounded: what comes this near to the end comes there.
         let near = ROUNDED * seconds;

@@ -1,6 +1,6 @@
 //! Whether energy comes from nowhere.
 
-use super::Simulation;
+use super::{Moving, Simulation};
 
 /// How much energy rises where nothing is put in, looked at from time to time: of motion, stretching, shearing, bending, weight, forces and pulls together.
 ///
@@ -60,14 +60,15 @@ impl Audit {
 impl Simulation {
     /// By how much elastic energy may differ for the rounding of vertices and sums, at most: what forces may, along the whole size. `O(n)`, and it allocates.
     pub(crate) fn rounding_of_energy(&self) -> f64 {
-        let mut all = 0.0;
-        for body in &self.bodies {
-            let Some(elastic) = &body.elastic else { continue };
-            let mut rounding = vec![0.0; body.count()];
-            elastic.add_rounding(body.body.shape.control_vertices(), &mut rounding);
-            all += rounding.iter().sum::<f64>() * self.size;
-        }
-        all
+        self.bodies.iter().map(|body| self.rounding_of(body)).sum()
+    }
+
+    /// The same of one body.
+    pub(super) fn rounding_of(&self, body: &Moving) -> f64 {
+        let Some(elastic) = &body.elastic else { return 0.0 };
+        let mut rounding = vec![0.0; body.count()];
+        elastic.add_rounding(body.body.shape.control_vertices(), &mut rounding);
+        rounding.iter().sum::<f64>() * self.size
     }
 
     /// Whether energy is put in or taken out from outside, now or later: targets that move, constraints and loads that come or go, what constraints still draw in.

@@ -128,9 +128,16 @@ impl Simulation {
                             Err(DynamicsError::Vanishes { constraint: link.name.clone(), time: self.time });
                         continue;
                     }
-                    let (time, fed, step) = (self.time, self.is_fed(), own);
-                    done =
-                        Err(DynamicsError::BlowsUp { time, step, stable, implicit: true, fed, lost: None });
+                    done = Err(DynamicsError::BlowsUp {
+                        time: self.time,
+                        step: own,
+                        stable,
+                        scheme: self.scheme,
+                        fed: self.is_fed(),
+                        slides: self.any_slides(),
+                        strain: self.overload(),
+                        lost: None,
+                    });
                 }
                 Err(error) => done = Err(error),
             }
@@ -325,7 +332,11 @@ impl Simulation {
                 load.add_stiffness(step * step, step, |i, j, value| add(i - first, j - first, value));
             }
             // Of the mass alone it was one; stiffness has drowned it.
-            let drowned = |_| DynamicsError::Drowned { body: body.body.name.clone(), step };
+            let drowned = |_| DynamicsError::Drowned {
+                body: body.body.name.clone(),
+                step,
+                by_weight: body.body.by_weight,
+            };
             factor.factor_in_place(0.0).map_err(drowned)?;
         }
         Ok(())

@@ -499,9 +499,12 @@ impl Moving {
         self.velocity.control_vertices_mut().fill(loftsman_kernel::Point::origin());
         if self.mass.is_some() {
             let material = &self.body.material;
-            let elastic = Elastic::new(first.as_ref(), material)?;
+            let mut elastic = Elastic::new(first.as_ref(), material, self.body.kept)?;
             let mass = Mass::new(first.as_ref(), material)?;
             self.highest = highest(first.as_ref(), material, &elastic, &mass)?;
+            if let Some(was) = &self.elastic {
+                elastic.see(was.rule());
+            }
             (self.elastic, self.mass) = (Some(elastic), Some(mass));
         }
         Ok(())

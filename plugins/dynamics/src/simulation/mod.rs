@@ -14,6 +14,7 @@ mod implicit;
 mod kinks;
 mod ledger;
 mod moving;
+mod overload;
 mod saddle;
 mod settle;
 mod sides;
@@ -42,10 +43,12 @@ pub(crate) use self::moving::Moving;
 pub use self::settle::{Settled, Unrest};
 use self::stops::Stops;
 pub use self::told::Energy;
+pub(crate) use self::told::Unseen;
 use crate::body::Material;
 use crate::error::{DynamicsError, Result};
 use crate::link::{self, Desk, Link, Phase};
 use crate::load::Load;
+use crate::points::Rule;
 use crate::scheme::Scheme;
 
 /// More sub-steps than this for one step are not taken.
@@ -391,6 +394,9 @@ impl Simulation {
     /// # Errors
     /// As for [`advance`](Self::advance).
     pub fn step(&mut self, step: f64) -> Result<()> {
+        if !self.settling {
+            self.see(Rule::Full);
+        }
         if self.come_and_go()? {
             let mut desk = std::mem::take(&mut self.desk);
             let checked = contradictions(self, &mut desk);
@@ -444,9 +450,16 @@ impl Simulation {
         if sum.is_finite() && !(looks && self.mean_speed(&self.half) * step > reach) {
             return Ok(());
         }
-        let (time, stable, fed) = (self.time, self.stable, self.is_fed());
-        let lost = self.runaway(step);
-        Err(DynamicsError::BlowsUp { time, step, stable, implicit, fed, lost })
+        Err(DynamicsError::BlowsUp {
+            time: self.time,
+            step,
+            stable: self.stable,
+            scheme: self.scheme,
+            fed: self.is_fed(),
+            slides: self.any_slides(),
+            strain: self.overload(),
+            lost: self.runaway(step),
+        })
     }
 
     /// A constraint whose place goes over a part of its shape in one explicit step: what it asks for tells no more where it is.

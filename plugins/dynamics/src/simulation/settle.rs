@@ -8,6 +8,7 @@ use super::implicit::Implicit;
 use super::{Moving, Simulation};
 use crate::error::{DynamicsError, Result};
 use crate::link::Link;
+use crate::points::Rule;
 use crate::scheme::Scheme;
 
 /// How a simulation came to rest.
@@ -61,6 +62,9 @@ pub(super) const MET: f64 = 1e-9;
 /// So often Newton's steps and implicit ones follow each other, as long as energy falls by this share of what it is made of.
 const ROUNDS: usize = 6;
 const LOWER: f64 = 1e-10;
+/// What is stretched by more than this on average that steps do not see, and has more than that share of energy more than they say, is not as they take it for.
+pub(crate) const SLIGHT: f64 = 1e-3;
+pub(crate) const UNSEEN: f64 = 0.01;
 
 impl Simulation {
     /// Goes to where everything rests, all constraints held that hold now: to a least energy that these allow, by Newton's method for vertices,
@@ -91,7 +95,28 @@ impl Simulation {
         self.settle_as(false)
     }
 
+    /// By few points a span first, of which those that rest in a turn are free to bend; where these miss how it is stretched, by as many as see that, from there.
     fn settle_as(&mut self, corners: bool) -> Result<Settled> {
+        self.see(Rule::Few);
+        let found = self.settle_once(corners)?;
+        let misses = |body: &Moving| {
+            let q = body.body.shape.control_vertices();
+            body.elastic.as_ref().is_some_and(|elastic| elastic.misses(q, UNSEEN, SLIGHT))
+        };
+        if !self.bodies.iter().any(misses) {
+            return Ok(found);
+        }
+        self.see(Rule::Full);
+        let again = self.settle_once(corners)?;
+        Ok(Settled { steps: found.steps + again.steps, ..again })
+    }
+
+    /// Energies are summed up by this rule from now on.
+    pub(super) fn see(&mut self, rule: Rule) {
+        self.bodies.iter_mut().filter_map(|body| body.elastic.as_mut()).for_each(|elastic| elastic.see(rule));
+    }
+
+    fn settle_once(&mut self, corners: bool) -> Result<Settled> {
         let (time, worst, told) = (self.time, self.worst, self.events.len());
         self.come_and_go()?;
         // Who looks for rest knows corners by himself.
