@@ -102,7 +102,9 @@ impl Before {
         let mut unchanged = 0;
         let standings = standings(scene);
         let stood = |all: &HashMap<String, Standing>, name: &str| all.get(name).copied().unwrap_or_default();
-        let known_before: HashSet<*const Geometry> = self.geometries.values().map(Arc::as_ptr).collect();
+        let gone = self.geometries.iter().filter(|(name, _)| scene.get(name).is_none());
+        let known_before: HashSet<*const Geometry> =
+            gone.map(|(_, geometry)| Arc::as_ptr(geometry)).collect();
         let known_after: HashSet<*const Geometry> =
             scene.objects().iter().map(|object| Arc::as_ptr(object.shared_geometry())).collect();
         for object in scene.objects() {
@@ -111,7 +113,7 @@ impl Before {
             match before {
                 Some(before) if Arc::ptr_eq(before, after) || before == after => unchanged += 1,
                 None if matches!(**after, Geometry::Group | Geometry::Instance(_)) => {}
-                // Copied, or under another name.
+                // Under another name.
                 None if known_before.contains(&Arc::as_ptr(after)) => {}
                 before => {
                     let name = object.name();

@@ -3,7 +3,7 @@
 use loftsman_kernel::plugin::Registry;
 
 /// A name elsewhere, and the operation.
-const NAMES: [(&str, &str); 33] = [
+const NAMES: [(&str, &str); 41] = [
     ("append", "merge"),
     ("approximate", "fit"),
     ("array", "copy"),
@@ -15,11 +15,15 @@ const NAMES: [(&str, &str); 33] = [
     ("cut", "section"),
     ("densify", "refine"),
     ("divide", "sample"),
+    ("dupedge", "edge"),
     ("duplicate", "copy"),
     ("extract", "isocurve"),
+    ("extractisocurve", "isocurve"),
     ("import", "merge"),
     ("insert", "refine"),
     ("interpolate", "fit"),
+    ("isoline", "isocurve"),
+    ("isoparm", "isocurve"),
     ("lathe", "revolve"),
     ("mirror", "symmetrize"),
     ("move", "transform"),
@@ -30,8 +34,12 @@ const NAMES: [(&str, &str); 33] = [
     ("reduce", "simplify"),
     ("rotate", "transform"),
     ("scale", "transform"),
+    ("screw", "revolve"),
+    ("shrinkwrap", "fit-shape"),
+    ("skin", "loft"),
     ("slice", "section"),
     ("smooth", "fair"),
+    ("solidify", "offset"),
     ("spin", "revolve"),
     ("subdivide", "refine"),
     ("thicken", "offset"),
@@ -45,12 +53,17 @@ const OF_LOOPS: &str =
     "trimmed surfaces keep the loops that they come with, or none (untrim); a curve is cut in two by split";
 
 /// What other programs do and no operation here, with what to do instead.
-const ABSENT: [(&str, &str); 15] = [
+const ABSENT: [(&str, &str); 20] = [
+    ("bevel", OF_SOLIDS),
     ("boolean", OF_SOLIDS),
+    ("booleandifference", OF_SOLIDS),
+    ("booleanunion", OF_SOLIDS),
     ("chamfer", OF_SOLIDS),
+    ("common", OF_SOLIDS),
     ("decimate", OF_MESHES),
     ("difference", OF_SOLIDS),
     ("fillet", OF_SOLIDS),
+    ("fuse", OF_SOLIDS),
     ("heal", OF_SOLIDS),
     ("remesh", OF_MESHES),
     ("round", OF_SOLIDS),

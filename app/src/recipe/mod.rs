@@ -31,6 +31,7 @@ use serde_json::Value;
 pub use crate::recipe_error::RecipeError;
 pub use merge::Merge;
 pub use report::{InputReport, OutputReport, RunReport};
+pub(crate) use run::with_points;
 pub use run::{Applied, Runner};
 
 use crate::error::{Error, Result};

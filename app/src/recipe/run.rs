@@ -62,14 +62,7 @@ pub struct Applied {
 impl Applied {
     /// The scene as a picture shows it: with the points that objects of it were fitted to, where these are wanted.
     fn drawn(&self, points: bool) -> Result<Cow<'_, Scene>> {
-        let mut drawn = Cow::Borrowed(&self.scene);
-        for object in self.fitted.iter().filter(|_| points) {
-            let drawn = drawn.to_mut();
-            let mut object = object.renamed(drawn.unique_name(object.name()));
-            object.parent = object.parent.filter(|parent| drawn.get(parent).is_some());
-            drawn.add(object)?;
-        }
-        Ok(drawn)
+        with(&self.scene, if points { &self.fitted } else { &[] })
     }
 
     /// No steps yet.
@@ -88,6 +81,23 @@ impl Applied {
             source,
         }
     }
+}
+
+/// A scene with the points that objects of it were fitted to, which it no longer has.
+fn with<'s>(scene: &'s Scene, fitted: &[Object]) -> Result<Cow<'s, Scene>> {
+    let mut drawn = Cow::Borrowed(scene);
+    for object in fitted {
+        let drawn = drawn.to_mut();
+        let mut object = object.renamed(drawn.unique_name(object.name()));
+        object.parent = object.parent.filter(|parent| drawn.get(parent).is_some());
+        drawn.add(object)?;
+    }
+    Ok(drawn)
+}
+
+/// A scene as a picture shows it, with the points of the one before that objects of it were fitted to.
+pub(crate) fn with_points<'s>(before: &Scene, scene: &'s Scene) -> Result<Cow<'s, Scene>> {
+    with(scene, &changes::Before::of(before).fitted(scene))
 }
 
 /// The usual chord, or a tenth of the smallest distance that a step keeps a shape `within`, where that is less: how far the

@@ -40,6 +40,20 @@ fn a_wrong_command_line_is_told_from_a_wrong_input() {
     bench.fails(&["info", "noise.glb"], 1, &["neither a GLB", "nor a glTF text"]);
 }
 
+/// A step in one pair of brackets; what other programs do and no operation here.
+#[test]
+fn slips_of_a_step_are_told_with_what_to_write() {
+    let bench = LOFTSMAN.bench().with_wave();
+    let recipe = |step: &str| format!("input = 'wave.loft.json'\n{step}\n");
+    bench.write("one.toml", recipe("[step]\nop = 'copy'\nobject = 'wave'\nto = ['again']"));
+    bench.fails(&["run", "one.toml"], 1, &["write [[step]], with two brackets"]);
+    bench.write("odd.toml", recipe("[[step]]\nop = 'fillet'\nobject = 'wave'"));
+    bench.fails(&["run", "odd.toml"], 1, &["no operation \"fillet\"", "for a CAD program"]);
+    // What a copy adds is told as what every other step adds.
+    bench.write("two.toml", recipe("[[step]]\nop = 'copy'\nobject = 'wave'\nto = ['again']"));
+    assert!(bench.done(&["run", "two.toml"]).contains("\"again\"  new"));
+}
+
 #[test]
 fn what_a_format_refuses_is_told_beforehand() {
     let bench = LOFTSMAN.bench();

@@ -132,9 +132,14 @@ fn plugins_lists_everything_with_its_fields() {
     let text = bench.done(&["plugins", "document"]);
     assert!(text.contains("    rate  a number, frames a second\n") && !text.contains(location), "{text}");
     // What other programs call otherwise, and what the help of others speaks of.
-    for (name, ours) in
-        [("mirror", "loftsman plugins symmetrize"), ("Slice", "loftsman plugins section"), ("seams", "speak")]
-    {
+    let others = [
+        ("mirror", "loftsman plugins symmetrize"),
+        ("Slice", "loftsman plugins section"),
+        ("seams", "speak"),
+        ("Fillet", "for a CAD program"),
+        ("decimate", "for Blender or MeshLab"),
+    ];
+    for (name, ours) in others {
         bench.fails(&["plugins", name], 2, &["nothing is called", ours]);
     }
     // Formats are found by the endings of their files, and the formats of pictures have the fields of pictures.
@@ -181,6 +186,8 @@ fn points_become_a_curve_and_curves_a_picture() {
     assert_eq!((curve["type"].as_str(), curve["degree"].as_u64()), (Some("curve"), Some(3)));
     assert!(curve["vertices"].as_u64().unwrap() < 30, "{curve}");
     bench.done(&["fit", "sine.dat", "sine.svg", "--vertices", "8", "--degree", "2"]);
+    let svg = String::from_utf8(bench.read("sine.svg")).unwrap();
+    assert!(svg.contains("id=\"clouds\"") && svg.contains("points of sine"), "{svg}");
     bench.fails(&["fit", "wave.loft.json", "a.obj"], 1, &["wave.loft.json", "points"]);
     bench.fails(&["fit", "sine.dat", "a.obj", "--degree", "26"], 2, &["26"]);
     bench.fails(&["fit", "sine.dat", "a.obj", "--object", "sinus"], 1, &["sine"]);

@@ -211,6 +211,23 @@ fn values_by_corner_double_points_only_where_they_differ() {
     assert_eq!(back(&once), once, "from there on nothing changes");
 }
 
+/// Closed lines of two points and more, and open ones: the same lines, and written again the same file.
+#[test]
+fn short_lines_come_back() {
+    for count in 2..6 {
+        for closed in [false, true] {
+            let points = (0..count).map(|k| Point::new(f64::from(k), f64::from(k * k), 0.0)).collect();
+            let mut scene = Scene::new();
+            scene.add(Object::new("line", Polyline { points, closed }.into())).unwrap();
+            let first = write(&scene);
+            let (read, _) = read(&first);
+            let Geometry::Polyline(line) = read.object("line").unwrap().geometry() else { panic!("{count}") };
+            assert_eq!((line.points.len(), line.closed), (count as usize, closed));
+            assert!(write(&read).bytes == first.bytes, "{count} {closed}");
+        }
+    }
+}
+
 #[test]
 fn frames_come_back() {
     let mut scene = Scene::new();

@@ -123,9 +123,12 @@ impl<'a> Iterator for Statements<'a> {
                 Some(_) => {}
             }
             let number = self.line;
-            let joined = self.joined(line);
-            if !joined.trim_ascii().is_empty() {
-                return Some((number, joined));
+            let mut joined = self.joined(line).into_owned();
+            // A line of nothing but a backslash leaves a blank in front.
+            let blanks = joined.len() - joined.trim_ascii_start().len();
+            if blanks < joined.len() {
+                joined.drain(..blanks);
+                return Some((number, Cow::Owned(joined)));
             }
         }
     }
@@ -175,6 +178,10 @@ mod tests {
             .collect();
         let expected = [(2, "v 1 2 3"), (5, "mtllib a#b.mtl"), (6, "p 1"), (8, "l 1"), (9, "last")];
         assert_eq!(found, expected.map(|(n, s)| (n, s.to_owned())));
+        // A line of nothing but a backslash goes on, too, and leaves nothing in front.
+        let alone: Vec<_> = Statements::new(b"\\\nv 1 2 3\n \\ \n\\\n f 1\n\\\n").collect();
+        let alone: Vec<(usize, &[u8])> = alone.iter().map(|(line, s)| (*line, s.trim_ascii_end())).collect();
+        assert_eq!(alone, [(1, &b"v 1 2 3"[..]), (3, &b"f 1"[..])]);
     }
 
     #[test]

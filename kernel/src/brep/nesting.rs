@@ -116,7 +116,7 @@ impl Brep {
             match along {
                 0 => {}
                 1 => {
-                    told.push("a hole of it runs the way of its outer loop: it is kept as a hole".to_owned())
+                    told.push("a hole of it runs the way of its outer loop: it is kept as a hole".to_owned());
                 }
                 more => told.push(format!(
                     "{more} holes of it run the way of its outer loop: they are kept as holes"

@@ -164,6 +164,23 @@ fn bounds_that_hold_anyway_change_nothing_and_impossible_ones_are_refused() {
     assert!(odd.solve().is_err());
 }
 
+/// A distance that is small beside the size is kept as well as coordinates can tell.
+#[test]
+fn a_distance_of_a_few_roundings_is_kept() {
+    for size in [1e-6, 1.0, 1e6] {
+        let point = |i: u32| size * Point::new(f64::from(i), (2.3 * f64::from(i)).sin(), 0.0);
+        let wild = Curve::new(Space::clamped_uniform(3, 20).unwrap(), (0..20).map(point).collect()).unwrap();
+        for share in [1e-7, 1e-8, 1e-9, 1e-10, 1e-11] {
+            let within = share * size;
+            let faired = Fair::new(&wild).energy(bend()).within(within).solve().unwrap();
+            let far = wild.points().iter().zip(faired.shape().points()).map(|(a, b)| (a - b).norm());
+            let far = far.fold(0.0, f64::max);
+            assert!(far <= within + 4.0 * f64::EPSILON * 20.0 * size, "{size} {share}: {far}");
+            assert!(far >= 0.9 * within, "{size} {share}: {far}");
+        }
+    }
+}
+
 /// Bounds and a distance at once: both hold, and no other shape that keeps to both has noticeably less energy.
 #[test]
 fn within_a_distance_and_between_bounds() {

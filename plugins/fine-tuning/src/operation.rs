@@ -291,7 +291,8 @@ fn report(
         solver: Some(solved.solver.clone()),
         equations: Some(solved.equations),
         rank: Some(solved.rank),
-        redundant: solved.redundant.clone(),
+        // Ends and continuity are kept without being asked for.
+        redundant: solved.redundant.iter().filter(|name| !is_own(name)).cloned().collect(),
         residual: Some(solved.residual),
         condition: Some(solved.condition),
         iterations: Some(solved.iterations),
@@ -300,6 +301,11 @@ fn report(
         constraints: solved.constraints.clone(),
         ..report
     }
+}
+
+/// Whether an equation is one that keeps ends where they are, as nobody asked.
+fn is_own(name: &str) -> bool {
+    name.starts_with("the end at ") || name.starts_with("closing") || name.contains(" (continuity)")
 }
 
 /// What a step tunes where it does not say: the only curve or surface, or where there is none the only mesh or polyline.

@@ -5,10 +5,12 @@ mod made;
 mod remedy;
 
 use std::any::Any;
+use std::collections::BTreeSet;
 
-use loftsman_kernel::edit::{Ask, Edit, EditError, Metric};
+use loftsman_kernel::Vector;
+use loftsman_kernel::edit::{Ask, Constraint, Edit, EditError, Metric};
 use loftsman_kernel::error::Error;
-use loftsman_kernel::functional::{Edge, On, Shapes};
+use loftsman_kernel::functional::{Edge, On, Shapes, linear};
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, SceneShapes, SeenShapes, StepReport,
     object_name, other_object_name, put_back,
@@ -34,6 +36,8 @@ const TOLERANCE: f64 = 1e-4;
 const MOST: [usize; 3] = [256, 192, 128];
 /// So many control vertices along the edge are tried with a surface's own knots alone before those of the other edge are, with continuity 2.
 const ENOUGH: usize = 64;
+/// Rows at both ends that are nearer to one another than this part of the size meet.
+const MEETS: f64 = 1e-9;
 /// Knots stop where estimates, which are rough, say that this many times as many control vertices would be needed.
 const DOUBTFUL: usize = 2;
 /// Spans that are shorter than this part of the domain are not halved.
@@ -407,7 +411,7 @@ impl Asked {
         // What the equations leave between is judged here, by the limits: no curvature is too much beside a flat surface either.
         let lax = Limits { distance: Some(1e6 * size), angle: std::f64::consts::TAU, curvature: 1e200 };
         let most = MOST[self.continuity].max(2 * surface.space(along).len()).min(as_many);
-        let (mut history, mut cornered) = (History::default(), false);
+        let (mut history, mut kept) = (History::default(), Kept::Smooth);
         loop {
             let count = start.space(along).len();
             if work.done >= work.most {
@@ -416,7 +420,7 @@ impl Asked {
             work.done += count;
             context.observer.proceed(work.called, count as u64, most as u64)?;
             let asked = self.matching(lax).bound_to(&Shapes::new([&start as &dyn Shape, other]))?;
-            let edit = |smooth: u8| -> Result<_, OperationError> {
+            let edit = |kept: Kept| -> Result<_, OperationError> {
                 let still = 0..other.control_vertices().len() as i64;
                 let mut edit =
                     Edit::new(&start).with(other.boxed()).lock(self.locked(&start, along)?).lock_on(1, still);
@@ -426,19 +430,25 @@ impl Asked {
                 if self.bend {
                     edit = edit.metric(Metric::Bend);
                 }
-                let edit = edit.smooth(smooth).ask(asked.clone().hold());
+                let mut edit = edit.smooth(u8::from(kept == Kept::Smooth)).ask(asked.clone().hold());
+                if kept == Kept::Shut {
+                    for tie in self.seam(&start, along)? {
+                        edit = edit.ask(tie);
+                    }
+                }
                 // With knots of its own a surface is moved whatever that takes; knots are inserted while that is quick.
                 let quick = self.bend && history.last().is_some();
                 Ok(if quick { edit.solve_with(SaddlePoint) } else { edit.solve() })
             };
-            // Where the other edge has corners that the surface has not, the two conflict: there they appear.
-            let mut solved = edit(u8::from(!cornered))?;
-            if let Err(EditError::Solve(SolveError::Conflict { .. } | SolveError::NearConflict { .. })) =
-                &solved
-                && !cornered
+            // Where the other edge has corners that the surface has not, the two conflict: there they appear. What meets along a seam goes on meeting, if it can.
+            let mut solved = edit(kept)?;
+            while let (
+                Err(EditError::Solve(SolveError::Conflict { .. } | SolveError::NearConflict { .. })),
+                Some(less),
+            ) = (&solved, kept.less())
             {
-                cornered = true;
-                solved = edit(0)?;
+                kept = less;
+                solved = edit(kept)?;
             }
             let edited = match (solved, history.last()) {
                 (Ok(edited), _) => edited,
@@ -482,7 +492,7 @@ impl Asked {
                     across: [count(surface, across), count(&start, across)],
                     degrees: [degrees(surface), degrees(&start)],
                     edited,
-                    cornered,
+                    cornered: kept != Kept::Smooth,
                     way: None,
                 }));
             }
@@ -512,6 +522,28 @@ impl Asked {
             surface = surface.insert_knots(across, &[0.5 * a + 0.5 * b])?;
         }
         Ok(surface)
+    }
+
+    /// That the rows at both ends go on meeting, of a surface that closes along its edge: three equations for each column that may move.
+    fn seam(&self, surface: &Surface, along: Direction) -> Result<Vec<Constraint>, Error> {
+        let (rows, columns) = (surface.u().len(), surface.v().len());
+        let (last, across) = if along == Direction::U { (rows - 1, columns) } else { (columns - 1, rows) };
+        let at =
+            |end: usize, k: usize| if along == Direction::U { end * columns + k } else { k * columns + end };
+        let points = surface.points();
+        let size = points.iter().map(|p| (p - points[0]).norm()).fold(0.0, f64::max);
+        let meets = |k: usize| (points[at(0, k)] - points[at(last, k)]).norm() <= MEETS * size;
+        let closes = !surface.space(along).is_periodic() && (0..across).all(meets);
+        if !closes {
+            return Ok(Vec::new());
+        }
+        let locked: BTreeSet<i64> = self.locked(surface, along)?.into_iter().collect();
+        let moving = (0..across).map(|k| (at(0, k) as i64, at(last, k) as i64));
+        let moving = moving.filter(|(first, last)| !locked.contains(first) && !locked.contains(last));
+        let tie = |(first, last)| {
+            [Vector::x(), Vector::y(), Vector::z()].map(|axis| linear([(first, axis), (last, -axis)]).to(0.0))
+        };
+        Ok(moving.flat_map(tie).collect())
     }
 
     /// The rows at the opposite edge that stay.
@@ -589,6 +621,28 @@ impl Asked {
 /// How many rows have a say in so many derivatives at an end: at one that is not clamped, all of the last span.
 fn say(across: &Space, rows: usize) -> usize {
     if across.is_clamped() { rows } else { across.degree().max(rows) }
+}
+
+/// What stays as it is at knots where corners can appear.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kept {
+    /// What is smooth.
+    Smooth,
+    /// What meets along a seam.
+    Shut,
+    /// Nothing.
+    Nothing,
+}
+
+impl Kept {
+    /// The next that asks for less.
+    fn less(self) -> Option<Self> {
+        match self {
+            Self::Smooth => Some(Self::Shut),
+            Self::Shut => Some(Self::Nothing),
+            Self::Nothing => None,
+        }
+    }
 }
 
 /// What is matched.

@@ -525,6 +525,52 @@ fn pipe(radius: f64, low: f64, high: f64, degrees: f64, periodic: bool) -> Surfa
     if periodic { pipe.to_periodic(Direction::U, 0.0).unwrap().shape } else { pipe }
 }
 
+/// A tube that is matched to a closed edge with a corner gets that corner, where it comes, and stays closed along its own seam.
+#[test]
+fn a_tube_stays_closed_where_the_other_edge_has_a_corner() {
+    // A clamped cubic that ends where it starts, another way than it starts, extruded.
+    let corners = 8;
+    let points = (0..corners).flat_map(|k| {
+        let (sin, cos) =
+            (std::f64::consts::TAU * f64::from(k % (corners - 1)) / f64::from(corners - 1)).sin_cos();
+        [0.0, 20.0].map(|z| Point::new(5.0 * cos, 5.0 * sin, z))
+    });
+    let drop = Surface::new(
+        Space::clamped_uniform(3, corners as usize).unwrap(),
+        Space::clamped_uniform(1, 2).unwrap(),
+        points.collect(),
+    )
+    .unwrap();
+    let (mut made, mut refused) = (0, Vec::new());
+    for continuity in [0, 1] {
+        for periodic in [false, true] {
+            for degrees in [0.0, 30.0, 90.0, 140.0, 200.0, 300.0] {
+                let mut scene = Scene::new();
+                scene.add(Object::new("low", drop.clone().into())).unwrap();
+                scene.add(Object::new("high", pipe(3.0, 30.0, 60.0, degrees, periodic).into())).unwrap();
+                let fields = json!({
+                    "object": "high", "edge": "v0", "with": { "object": "low", "edge": "v1" }, "continuity": continuity
+                });
+                match run(&mut scene, fields) {
+                    Ok(notes) => {
+                        made += 1;
+                        assert!(!notes.iter().any(|note| note.contains("a gap of")), "{degrees}: {notes:?}");
+                        let found = scene.surface("high").unwrap();
+                        let ((a, b), (c, d)) = (found.u().domain(), found.v().domain());
+                        for k in 0..=20 {
+                            let v = (c + (d - c) * f64::from(k) / 20.0).min(d);
+                            let [p, q] = [a, b].map(|u| found.point(u, v).unwrap());
+                            assert!((p - q).norm() < 1e-9, "{continuity} {periodic} {degrees}: {p} {q}");
+                        }
+                    }
+                    Err(error) => refused.push(format!("{continuity} {periodic} {degrees}: {error}")),
+                }
+            }
+        }
+    }
+    assert!(made >= 12 && made + refused.len() == 24, "{made} {refused:#?}");
+}
+
 /// A pipe is matched to a coaxial one as it is, however it is turned about its axis: straight up, not twisted, from the place of the other's edge that
 /// is beside its start, wherever between knots that lies; the result is the same body.
 #[test]

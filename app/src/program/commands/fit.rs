@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use crate::convert::Conversion;
 use crate::file::{Content, Input, Outputs};
 use crate::picture::{self, Look};
-use crate::recipe::{InputReport, OutputReport, RunReport};
+use crate::recipe::{InputReport, OutputReport, RunReport, with_points};
 use loftsman_kernel::plugin::{
     Context, OperationError, Parameters, Registry, Source, StepReport, WriteOptions,
 };
@@ -30,11 +30,18 @@ pub(crate) fn run(args: &FitArgs, registry: &Registry) -> anyhow::Result<ExitCod
     let Content { mut scene, report: read, format } =
         Conversion::default().read(&input, &progress, registry)?;
     let object = object(&scene, args, Source::name(&input))?;
+    let before = scene.clone();
     let step = fit(&mut scene, &object, args, &progress, registry)?;
     let mut written = OutputReport { path: args.out.display().to_string(), ..OutputReport::default() };
     if picture::is_picture(&args.out) {
-        let (bytes, undrawn) =
-            picture::draw(&args.out, &Look::default(), &scene, None, &step.marks, registry)?;
+        let (bytes, undrawn) = picture::draw(
+            &args.out,
+            &Look::default(),
+            with_points(&before, &scene)?.as_ref(),
+            None,
+            &step.marks,
+            registry,
+        )?;
         written.notes = undrawn;
         outputs.add(&args.out, bytes, BTreeMap::new())?;
     } else {

@@ -352,7 +352,7 @@ impl Builder {
             self.left_over += sequence.len();
             return;
         }
-        let comes_back = sequence.len() > 3 && sequence.first() == sequence.last();
+        let comes_back = sequence.len() > 2 && sequence.first() == sequence.last();
         self.line_corners.extend(sequence.iter().map(|i| base + i));
         if mode == 2 {
             self.line_corners.push(base + sequence[0]);

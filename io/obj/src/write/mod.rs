@@ -83,7 +83,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
     let mut writer = Writer {
         out: BufWriter::with_capacity(1 << 16, sink.main()),
         text: String::new(),
-        names: Names::beside(names::of_objects(scene)),
+        names: Names::beside(names::of_objects(&placed)),
         written: Counts::default(),
         surface_numbers: HashMap::new(),
         exchanged: HashSet::new(),

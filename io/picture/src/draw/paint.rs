@@ -25,6 +25,8 @@ const STRIPES: f64 = 24.0;
 const SOFT: f64 = 0.12;
 /// The cells of faces that are painted are finer, so that stripes and colours change smoothly.
 const FINER: usize = 3;
+/// Curvatures of a surface of size 1 below this, or its square where they are products of two, are those of something flat.
+const FLAT: f64 = 1e-10;
 
 /// So many objects are named in a note.
 const NAMED: usize = 4;
@@ -84,9 +86,12 @@ impl Painting {
                     Faces::Zebra => painted.normals = normals(surface, &grid),
                     Faces::Curvature(which) => {
                         let power = which.power();
+                        let rounding = FLAT.powi(power);
                         let value = |u: f64, v: f64| {
-                            let found = surface.curvature(u, v).ok().flatten()?;
-                            Some(which.of(&found) / size.powi(power)).filter(|value| value.is_finite())
+                            let found = which.of(&surface.curvature(u, v).ok().flatten()?);
+                            // The surface is of size 1 here: what bends less is flat, and what is left of rounding would be painted as if it were all.
+                            let found = if found.abs() < rounding { 0.0 } else { found };
+                            Some(found / size.powi(power)).filter(|value| value.is_finite())
                         };
                         painted.values = filled(&grid, |u, v, _| value(u, v));
                     }

@@ -87,7 +87,10 @@ fn kind_of(object: &Object) -> Option<Kind> {
 fn reason(kind: &str) -> String {
     match kind {
         "group" => "a group has no points of its own".to_owned(),
-        kind => format!("a point file holds clouds and polylines, not {}: tessellate it first", a(kind)),
+        "curve" => {
+            "a point file holds clouds and polylines, not a curve: tessellate or sample it first".to_owned()
+        }
+        kind => format!("a point file holds clouds and polylines, not {}", a(kind)),
     }
 }
 

@@ -111,15 +111,31 @@ impl Made {
                 Instead::NoneFound => format!("bent as little as can be no surface was found: {told}"),
             });
         }
+        if self.way.is_none() && self.changed.goes_far() {
+            let length = |x: f64| format!("{} {}", figure(x), asked.unit.symbol());
+            let (far, edge) = (length(self.changed.moved), length(self.changed.edge));
+            let more = if asked.bend {
+                "metric = \"least\", or more that stays at the opposite edge (`keep`), holds it back, where they can"
+            } else {
+                "more that stays at the opposite edge (`keep`) holds it back, where it can"
+            };
+            notes.push(format!(
+                "it goes up to {far} from where it was, and its edge no more than {edge}: {more}"
+            ));
+        }
         if let Some([u, v]) = self.changed.fold {
-            let (u, v, share) = (figure(u), figure(v), figure(100.0 * self.changed.share));
+            let (u, v) = (figure(u), figure(v));
+            let share = match self.changed.share {
+                share if share < 1e-3 => "in a line".to_owned(),
+                share => format!("some {} % of it", figure(100.0 * share)),
+            };
             let more = if asked.measured {
                 "without `metric`, a way without folds is looked for"
             } else {
                 "no way without folds was found"
             };
             notes.push(format!(
-                "it folds back over itself near u = {u}, v = {v}, some {share} % of it: {more}"
+                "it folds back over itself near u = {u}, v = {v}, {share}: {more}"
             ));
         }
         if self.cornered {
@@ -140,7 +156,8 @@ impl Made {
             adjustment: Some(report.adjustment),
             iterations: Some(report.iterations),
             convergence: report.convergence,
-            constraints: report.constraints.clone(),
+            // What was asked: behind it are the equations of seams, if any.
+            constraints: report.constraints.iter().take(1).cloned().collect(),
             numbers: [("before", &self.before), ("after", &self.after)]
                 .into_iter()
                 .map(|(when, found)| (when.to_owned(), found.numbers()))
