@@ -3,14 +3,14 @@
 mod changed;
 mod made;
 mod remedy;
+mod seam;
+mod ways;
 
 use std::any::Any;
-use std::collections::BTreeSet;
 
-use loftsman_kernel::Vector;
-use loftsman_kernel::edit::{Ask, Constraint, Edit, EditError, Metric};
+use loftsman_kernel::edit::{Ask, Edit, EditError, Metric};
 use loftsman_kernel::error::Error;
-use loftsman_kernel::functional::{Edge, On, Shapes, linear};
+use loftsman_kernel::functional::{Edge, On, Shapes};
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, SceneShapes, SeenShapes, StepReport,
     object_name, other_object_name, put_back,
@@ -27,8 +27,9 @@ use crate::deviation::{Deviation, Limits};
 use crate::history::{Attempt, History, Stuck};
 use crate::matching::{CONTINUITY, EDGE, LIMITS, Matching, WITH, continuity, limits, matching, other};
 use changed::Changed;
-use made::{Instead, Made, Way};
+use made::Made;
 use remedy::{Refused, Why};
+use seam::Kept;
 
 /// The default tolerance, of the edge's size.
 const TOLERANCE: f64 = 1e-4;
@@ -36,8 +37,6 @@ const TOLERANCE: f64 = 1e-4;
 const MOST: [usize; 3] = [256, 192, 128];
 /// So many control vertices along the edge are tried with a surface's own knots alone before those of the other edge are, with continuity 2.
 const ENOUGH: usize = 64;
-/// Rows at both ends that are nearer to one another than this part of the size meet.
-const MEETS: f64 = 1e-9;
 /// Knots stop where estimates, which are rough, say that this many times as many control vertices would be needed.
 const DOUBTFUL: usize = 2;
 /// Spans that are shorter than this part of the domain are not halved.
@@ -227,92 +226,6 @@ impl Asked {
     /// Rows of control vertices, from an edge on, that a continuity moves.
     fn rows(continuity: usize) -> usize {
         continuity + 1
-    }
-
-    /// What is asked, in the metric that was said; or, where none was, by bending little, and another way where that folds, or goes much farther.
-    fn run(
-        &self,
-        surface: &Surface,
-        other: &dyn Shape,
-        context: &Context<'_>,
-    ) -> Result<Made, OperationError> {
-        let mut work = Work { called: "match", done: 0, most: usize::MAX };
-        let first = self.way(surface, other, context, &mut work)?;
-        // Tangent planes leave open on which side of the edge a surface lies. What moves least comes about on its own, if it does.
-        let (why, mut best) = match first {
-            Ok(made) if self.measured || made.changed.is_plain() => return Ok(made),
-            Ok(made) => {
-                let why = made.changed.fold.map_or(Instead::Farther(made.changed.moved), Instead::FoldsAt);
-                (why, Ok(made))
-            }
-            Err(refused) if refused.folds() => (Instead::Folds, Err(refused)),
-            Err(refused) if !self.measured && refused.why == Why::NoneFound => {
-                (Instead::NoneFound, Err(refused))
-            }
-            Err(refused) => return Err(self.told(&refused, surface, other, context, &work)?),
-        };
-        let ways: &[Way] = if self.measured { &[Way::Led] } else { &[Way::Least, Way::Led, Way::LedLeast] };
-        for &way in ways {
-            let mut work = work.as_much_again();
-            match self.by(way).attempt(surface, other, context, &mut work) {
-                Ok(Ok(made)) => {
-                    let made = Made { way: Some((way, why)), ..made };
-                    best = Ok(match best {
-                        Ok(best) if !best.changed.is_worse_than(&made.changed) => best,
-                        _ => made,
-                    });
-                }
-                // Whoever asked may have had enough; all else says no more than what came of the first.
-                _ => context.observer.proceed(work.called, 0, 0)?,
-            }
-            if best.as_ref().is_ok_and(|best| best.changed.fold.is_none()) {
-                break;
-            }
-        }
-        match best {
-            Ok(made) => Ok(made),
-            Err(refused) => Err(self.told(&refused, surface, other, context, &work)?),
-        }
-    }
-
-    /// The same another way.
-    fn by(&self, way: Way) -> Self {
-        let (least, led) = match way {
-            Way::Least => (true, false),
-            Way::Led => (false, true),
-            Way::LedLeast => (true, true),
-        };
-        Self { bend: self.bend && !least, led, ..self.clone() }
-    }
-
-    /// With a closed edge that begins between the other's knots, or else at one.
-    fn way(
-        &self,
-        surface: &Surface,
-        other: &dyn Shape,
-        context: &Context<'_>,
-        work: &mut Work,
-    ) -> Result<Result<Made, Refused>, OperationError> {
-        let first = self.attempt(surface, other, context, work);
-        // Both sides of a knot may miss tangent planes by the limit.
-        let allowed = 2.0 * self.limits.angle.to_degrees();
-        // Where a start between the other's knots asks for corners, or for too many knots, one at these may not.
-        match first {
-            Ok(Ok(made)) if made.corner() <= allowed => Ok(Ok(made)),
-            first if !self.starts_between(surface, other)? => first,
-            first => {
-                let knots = Self { free: false, ..self.clone() };
-                match (first, knots.attempt(surface, other, context, work)) {
-                    (Err(_) | Ok(Err(_)), Ok(Ok(made))) => Ok(Ok(made)),
-                    (Ok(Ok(first)), Ok(Ok(made))) if made.corner() <= first.corner() => Ok(Ok(made)),
-                    (first, _) => {
-                        // Whoever asked may have had enough; all else says no more than what came of the first.
-                        context.observer.proceed(work.called, 0, 0)?;
-                        first
-                    }
-                }
-            }
-        }
     }
 
     /// Whether the edge begins beside the other where that has no knots, and would not have to.
@@ -524,28 +437,6 @@ impl Asked {
         Ok(surface)
     }
 
-    /// That the rows at both ends go on meeting, of a surface that closes along its edge: three equations for each column that may move.
-    fn seam(&self, surface: &Surface, along: Direction) -> Result<Vec<Constraint>, Error> {
-        let (rows, columns) = (surface.u().len(), surface.v().len());
-        let (last, across) = if along == Direction::U { (rows - 1, columns) } else { (columns - 1, rows) };
-        let at =
-            |end: usize, k: usize| if along == Direction::U { end * columns + k } else { k * columns + end };
-        let points = surface.points();
-        let size = points.iter().map(|p| (p - points[0]).norm()).fold(0.0, f64::max);
-        let meets = |k: usize| (points[at(0, k)] - points[at(last, k)]).norm() <= MEETS * size;
-        let closes = !surface.space(along).is_periodic() && (0..across).all(meets);
-        if !closes {
-            return Ok(Vec::new());
-        }
-        let locked: BTreeSet<i64> = self.locked(surface, along)?.into_iter().collect();
-        let moving = (0..across).map(|k| (at(0, k) as i64, at(last, k) as i64));
-        let moving = moving.filter(|(first, last)| !locked.contains(first) && !locked.contains(last));
-        let tie = |(first, last)| {
-            [Vector::x(), Vector::y(), Vector::z()].map(|axis| linear([(first, axis), (last, -axis)]).to(0.0))
-        };
-        Ok(moving.flat_map(tie).collect())
-    }
-
     /// The rows at the opposite edge that stay.
     fn locked(&self, surface: &Surface, along: Direction) -> Result<Vec<i64>, Error> {
         let Some(keep) = self.keep else { return Ok(Vec::new()) };
@@ -621,28 +512,6 @@ impl Asked {
 /// How many rows have a say in so many derivatives at an end: at one that is not clamped, all of the last span.
 fn say(across: &Space, rows: usize) -> usize {
     if across.is_clamped() { rows } else { across.degree().max(rows) }
-}
-
-/// What stays as it is at knots where corners can appear.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kept {
-    /// What is smooth.
-    Smooth,
-    /// What meets along a seam.
-    Shut,
-    /// Nothing.
-    Nothing,
-}
-
-impl Kept {
-    /// The next that asks for less.
-    fn less(self) -> Option<Self> {
-        match self {
-            Self::Smooth => Some(Self::Shut),
-            Self::Shut => Some(Self::Nothing),
-            Self::Nothing => None,
-        }
-    }
 }
 
 /// What is matched.

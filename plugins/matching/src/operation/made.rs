@@ -134,9 +134,7 @@ impl Made {
             } else {
                 "no way without folds was found"
             };
-            notes.push(format!(
-                "it folds back over itself near u = {u}, v = {v}, {share}: {more}"
-            ));
+            notes.push(format!("it folds back over itself near u = {u}, v = {v}, {share}: {more}"));
         }
         if self.cornered {
             let why = "meeting the other edge and staying smooth at all knots conflict";
