@@ -231,8 +231,7 @@ impl Reflections {
 impl Block {
     fn new(rows: &SparseRows, mut members: Vec<usize>, columns: Vec<u32>, tolerance: f64) -> Self {
         let (count, m) = (members.len(), columns.len());
-        let place =
-            if count * m > LARGE { side_by_side(rows, &mut members, &columns) } else { (0..m).collect() };
+        let place = (count * m > LARGE).then(|| side_by_side(rows, &mut members, &columns));
         let mut work = vec![0.0; count * m];
         let mut scale = Vec::with_capacity(count);
         let mut spans: Vec<Span> = Vec::with_capacity(count);
@@ -247,7 +246,7 @@ impl Block {
                 let is_next = columns.get(next) == Some(&column);
                 let found = if is_next { next } else { columns.binary_search(&column).unwrap_or(0) };
                 next = found + 1;
-                let at = place[found];
+                let at = place.as_ref().map_or(found, |place| place[found]);
                 // Divide rather than multiply: the reciprocal of a subnormal overflows.
                 work[i * m + at] += if norm > 0.0 { value / norm } else { 0.0 };
                 (low, high) = (low.min(at), high.max(at + 1));
@@ -256,9 +255,14 @@ impl Block {
             let square = work[i * m + low.min(high)..i * m + high].iter().map(|v| v * v).sum();
             spans.push(Span { low, high, square });
         }
-        let mut placed = vec![0; m];
-        columns.iter().zip(&place).for_each(|(&column, &at)| placed[at] = column);
-        let columns = placed;
+        let columns = match place {
+            None => columns,
+            Some(place) => {
+                let mut placed = vec![0; m];
+                columns.iter().zip(&place).for_each(|(&column, &at)| placed[at] = column);
+                placed
+            }
+        };
         let mut diagonal = Vec::new();
         let mut beta = Vec::new();
         let mut rank = 0;
