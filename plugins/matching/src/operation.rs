@@ -406,6 +406,7 @@ impl Asked {
                     degrees: [degrees(surface), degrees(&start)],
                     edited,
                     cornered: kept != Kept::Smooth,
+                    shut: kept == Kept::Shut && !self.seam(&start, along)?.is_empty(),
                     way: None,
                 }));
             }

@@ -467,7 +467,7 @@ fn chain_of(pairs: &[u32]) -> Option<(Vec<u32>, bool)> {
             _ => break,
         }
     }
-    (order.len() == count && count > 1).then_some((order, closed))
+    (order.len() == count && count > if closed { 2 } else { 1 }).then_some((order, closed))
 }
 
 fn is_permutation(order: &[u32], count: usize) -> bool {

@@ -48,6 +48,9 @@ pub(super) enum Instead {
     NoneFound,
 }
 
+/// What a gap counts for, in degrees ([`Corner::change`]).
+const GAP: f64 = 360.0;
+
 /// What became of it.
 pub(super) struct Made {
     pub(super) edited: Edited<Surface>,
@@ -55,6 +58,8 @@ pub(super) struct Made {
     pub(super) size: f64,
     /// Whether corners could not be kept away.
     pub(super) cornered: bool,
+    /// Whether its seam alone was kept closed where corners came.
+    pub(super) shut: bool,
     /// Which other way was gone, and why.
     pub(super) way: Option<(Way, Instead)>,
     /// What became of the whole surface.
@@ -70,9 +75,10 @@ pub(super) struct Made {
 }
 
 impl Made {
-    /// The sharpest corner that it has made, in degrees; a gap is sharper than all.
+    /// The sharpest corner that it has made, in degrees; a gap is sharper than all, and so is a seam that would gape if it were not held.
     pub(super) fn corner(&self) -> f64 {
-        self.edited.report().smooth.corners.iter().map(Corner::change).fold(0.0, f64::max)
+        let held = if self.shut { GAP } else { 0.0 };
+        self.edited.report().smooth.corners.iter().map(Corner::change).fold(held, f64::max)
     }
 
     pub(super) fn report(&self, op: &str, object: &str, asked: &Asked) -> StepReport {
