@@ -72,18 +72,19 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
     let scale = outgoing.scale();
     let mut report = WriteReport::default();
     let triangles = options.tessellator.is_some() && surfaces != Surfaces::Exact;
-    let mut library = mtl::library(&placed, sink.name(), |object| match object.geometry() {
+    let goes_out = |object: &Object| match object.geometry() {
         Geometry::Polyline(line) => line.points.len() > 1,
         Geometry::Brep(_) => triangles,
         Geometry::Surface(_) | Geometry::Trimmed(_) => triangles || surfaces != Surfaces::Mesh,
         Geometry::Custom(custom) => custom.shape().is_ok(),
         Geometry::Curve(_) | Geometry::Mesh(_) | Geometry::Cloud(_) => true,
         _ => false,
-    });
+    };
+    let mut library = mtl::library(&placed, sink.name(), goes_out);
     let mut writer = Writer {
         out: BufWriter::with_capacity(1 << 16, sink.main()),
         text: String::new(),
-        names: Names::beside(names::of_objects(&placed)),
+        names: Names::beside(placed.objects().iter().filter(|object| goes_out(object)).map(Object::name)),
         written: Counts::default(),
         surface_numbers: HashMap::new(),
         exchanged: HashSet::new(),

@@ -31,12 +31,6 @@ pub(crate) fn changed(scene: &Scene) -> Vec<String> {
     .collect()
 }
 
-/// The names of all objects, those of definitions among them.
-pub(crate) fn of_objects(scene: &Scene) -> impl Iterator<Item = &str> {
-    let of_definitions = scene.definitions().iter().flat_map(Definition::objects);
-    scene.objects().iter().chain(of_definitions).map(Object::name)
-}
-
 fn line<'n>(of: &str, names: impl Iterator<Item = &'n str>, written: fn(&str) -> String) -> Option<String> {
     let changed: Vec<(&str, String)> =
         names.map(|name| (name, written(name))).filter(|(name, written)| name != written).collect();
