@@ -102,9 +102,9 @@ impl Before {
         let mut unchanged = 0;
         let standings = standings(scene);
         let stood = |all: &HashMap<String, Standing>, name: &str| all.get(name).copied().unwrap_or_default();
-        let gone = self.geometries.iter().filter(|(name, _)| scene.get(name).is_none());
-        let known_before: HashSet<*const Geometry> =
-            gone.map(|(_, geometry)| Arc::as_ptr(geometry)).collect();
+        let mut gone: Vec<_> = self.geometries.iter().filter(|(name, _)| scene.get(name).is_none()).collect();
+        let left_over: HashSet<*const Geometry> =
+            gone.iter().map(|(_, geometry)| Arc::as_ptr(geometry)).collect();
         let known_after: HashSet<*const Geometry> =
             scene.objects().iter().map(|object| Arc::as_ptr(object.shared_geometry())).collect();
         for object in scene.objects() {
@@ -114,7 +114,7 @@ impl Before {
                 Some(before) if Arc::ptr_eq(before, after) || before == after => unchanged += 1,
                 None if matches!(**after, Geometry::Group | Geometry::Instance(_)) => {}
                 // Under another name.
-                None if known_before.contains(&Arc::as_ptr(after)) => {}
+                None if left_over.contains(&Arc::as_ptr(after)) => {}
                 before => {
                     let name = object.name();
                     let (was, is) = (stood(&self.standings, name), stood(&standings, name));
@@ -124,7 +124,6 @@ impl Before {
                 }
             }
         }
-        let mut gone: Vec<_> = self.geometries.iter().filter(|(name, _)| scene.get(name).is_none()).collect();
         gone.retain(|(_, before)| {
             let shown = matches!(***before, Geometry::Group | Geometry::Instance(_));
             !shown && !known_after.contains(&Arc::as_ptr(before))

@@ -90,20 +90,20 @@ impl<'a> Statements<'a> {
 
     /// A line that goes on, and the lines that it goes on with.
     #[cold]
-    fn joined(&mut self, first: &'a [u8]) -> Cow<'a, [u8]> {
+    fn joined(&mut self, first: &'a [u8]) -> Vec<u8> {
         let mut joined = Vec::new();
         let mut line = first;
         loop {
             let text = if line.first() == Some(&b'#') { &[] } else { uncommented(line) };
             let Some((b'\\', before)) = text.split_last() else {
                 joined.extend_from_slice(text);
-                return Cow::Owned(joined);
+                return joined;
             };
             joined.extend_from_slice(before);
             joined.push(b' ');
             match self.line() {
                 Some(next) => line = next,
-                None => return Cow::Owned(joined),
+                None => return joined,
             }
         }
     }
@@ -123,7 +123,7 @@ impl<'a> Iterator for Statements<'a> {
                 Some(_) => {}
             }
             let number = self.line;
-            let mut joined = self.joined(line).into_owned();
+            let mut joined = self.joined(line);
             // A line of nothing but a backslash leaves a blank in front.
             let blanks = joined.len() - joined.trim_ascii_start().len();
             if blanks < joined.len() {

@@ -37,6 +37,18 @@ pub enum LoopFlaw {
     Along(f64),
 }
 
+impl LoopFlaw {
+    /// The area that the loop goes around.
+    pub fn area(&self) -> f64 {
+        let (Self::Outside(area)
+        | Self::Across(area)
+        | Self::InHole(area)
+        | Self::Clockwise(area)
+        | Self::Along(area)) = self;
+        *area
+    }
+}
+
 impl Brep {
     /// What is wrong with how the loops of a face lie and run. On a plane, and on any surface with a border, one loop goes around all others, counterclockwise about
     /// the normal of the face, and the others clockwise, none within another; on one that goes on where its parameters end (a
@@ -44,7 +56,7 @@ impl Brep {
     /// border none need lie in another. Empty where all is well, and where a loop is too far off the surface to be judged.
     ///
     /// 16 places of each knot span of the edges, and on other surfaces than planes a step downhill for each; none for a face with a single loop that is no
-    /// plane. `O(n log n)` in the loops but for those whose boxes meet.
+    /// plane. `O(n log n)` in the loops but for those that are beside one another along `u`.
     ///
     /// # Errors
     /// When an evaluation overflows.
@@ -84,36 +96,32 @@ impl Brep {
         let flaws = self.loop_flaws(face)?;
         let curved = !matches!(self.surface_form(face), SurfaceForm::Plane { .. });
         let what = if curved { "what the others bound" } else { "the largest" };
+        let areas = |kind: fn(f64) -> LoopFlaw| -> Vec<f64> {
+            flaws.iter().filter(|flaw| **flaw == kind(flaw.area())).map(LoopFlaw::area).collect()
+        };
         let told = [
             told(
-                flaws
-                    .iter()
-                    .filter_map(|flaw| if let LoopFlaw::Outside(area) = flaw { Some(*area) } else { None }),
+                &areas(LoopFlaw::Outside),
                 &format!("outside {what}: no hole of that, it is kept as a part of the face"),
                 &format!("outside {what}: no holes of that, they are kept as parts of the face"),
             ),
             told(
-                flaws
-                    .iter()
-                    .filter_map(|flaw| if let LoopFlaw::Across(area) = flaw { Some(*area) } else { None }),
+                &areas(LoopFlaw::Across),
                 &format!("partly outside {what}: it crosses that, and what the face is cannot be said"),
                 &format!("partly outside {what}: they cross that, and what the face is cannot be said"),
             ),
             told(
-                flaws
-                    .iter()
-                    .filter_map(|flaw| if let LoopFlaw::InHole(area) = flaw { Some(*area) } else { None }),
+                &areas(LoopFlaw::InHole),
                 "within a hole: it is kept as an island there, a part of the face",
                 "within holes: they are kept as islands there, parts of the face",
             ),
         ];
         let mut told: Vec<String> = told.into_iter().flatten().collect();
         if oriented {
-            let along = flaws.iter().filter(|flaw| matches!(flaw, LoopFlaw::Along(_))).count();
-            if flaws.iter().any(|flaw| matches!(flaw, LoopFlaw::Clockwise(_))) {
+            if !areas(LoopFlaw::Clockwise).is_empty() {
                 told.push("its outer loop runs clockwise about its normal: sense and bounds contradict each other, and what faces outwards there, and a volume, may be wrong".to_owned());
             }
-            match along {
+            match areas(LoopFlaw::Along).len() {
                 0 => {}
                 1 => {
                     told.push("a hole of it runs the way of its outer loop: it is kept as a hole".to_owned());
@@ -204,10 +212,9 @@ fn on_surface(
 }
 
 /// One kind of flaw in words, after the areas of the loops that have it.
-fn told(areas: impl Iterator<Item = f64>, one: &str, more: &str) -> Option<String> {
+fn told(areas: &[f64], one: &str, more: &str) -> Option<String> {
     /// So many areas are told.
     const NAMED: usize = 4;
-    let areas: Vec<f64> = areas.collect();
     let named: Vec<String> = areas.iter().take(NAMED).map(|&area| figure(area)).collect();
     let others = if areas.len() > NAMED { ", …" } else { "" };
     match areas.len() {

@@ -6,11 +6,13 @@ use std::cell::RefCell;
 
 use loftsman_dynamics::Dynamics;
 use loftsman_kernel::Point;
-use loftsman_kernel::plugin::{Context, Observer, OperationError, Parameters, Registry, StepReport};
+use loftsman_kernel::plugin::{Context, Observer, Parameters, Registry, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 
 use serde_json::{Value, json};
+
+use crate::common::run;
 
 fn scene() -> Scene {
     let mut scene = Scene::new();
@@ -19,15 +21,6 @@ fn scene() -> Scene {
     let rope = Curve::new(Space::clamped_uniform(3, 12).unwrap(), points).unwrap();
     scene.add(Object::new("rope", Geometry::Curve(rope))).unwrap();
     scene
-}
-
-fn run(scene: &mut Scene, fields: Value) -> Result<StepReport, OperationError> {
-    let mut registry = Registry::new();
-    registry.add(&Dynamics);
-    registry.add(&loftsman_area_volume::AreaVolume);
-    loftsman_kernel::plugin::register_functionals(&mut registry);
-    let operation = registry.find_operation("simulate", "step[0]").unwrap();
-    operation.apply(scene, &Parameters::new(fields, "step[0]").unwrap(), &Context::quiet(&registry))
 }
 
 #[test]

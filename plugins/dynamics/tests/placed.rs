@@ -2,21 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail the test")]
 
-use loftsman_dynamics::Dynamics;
-use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::{Matrix3, Matrix4};
 use serde_json::{Value, json};
 
-fn run(scene: &mut Scene, fields: Value) -> Result<StepReport, OperationError> {
-    let mut registry = Registry::new();
-    registry.add(&Dynamics);
-    loftsman_kernel::plugin::register_functionals(&mut registry);
-    let operation = registry.find_operation("simulate", "step[0]").unwrap();
-    operation.apply(scene, &Parameters::new(fields, "step[0]").unwrap(), &Context::quiet(&registry))
-}
+use crate::common::run;
 
 fn placement(linear: &Matrix3<f64>) -> Matrix4<f64> {
     let mut all = Matrix4::identity();

@@ -2,13 +2,13 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests may fail the test")]
 
-use loftsman_dynamics::Dynamics;
-use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 
 use serde_json::{Value, json};
+
+use crate::common::run;
 
 fn rope(n: usize, size: f64) -> Geometry {
     let at = |i: usize| Point::new(0.2 * size * i as f64, 0.0, 0.1 * size * (i % 2) as f64);
@@ -41,14 +41,6 @@ fn scene(objects: Vec<(&str, Geometry)>) -> Scene {
     scene.unit = Unit::Metre;
     objects.into_iter().for_each(|(name, geometry)| scene.add(Object::new(name, geometry)).unwrap());
     scene
-}
-
-fn run(scene: &mut Scene, fields: Value) -> Result<StepReport, OperationError> {
-    let mut registry = Registry::new();
-    registry.add(&Dynamics);
-    loftsman_kernel::plugin::register_functionals(&mut registry);
-    let operation = registry.find_operation("simulate", "step[0]").unwrap();
-    operation.apply(scene, &Parameters::new(fields, "step[0]").unwrap(), &Context::quiet(&registry))
 }
 
 /// The numbers of a note: `"ring" ends at 4.5 and [1, 2], in [0.1, 0, -3]`.
