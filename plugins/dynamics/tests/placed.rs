@@ -6,7 +6,7 @@ use loftsman_kernel::scene::{Geometry, Object, Scene, Unit, Up};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::{Matrix3, Matrix4};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::common::run;
 
