@@ -27,8 +27,8 @@ pub fn asked_in_own_coordinates(scene: &Scene, name: &str) -> Result<Option<Stri
 pub struct Frames {
     /// One a shape where they are placed differently; none where that is not so.
     each: Vec<Frame>,
-    /// Whether all are placed alike, and not as they stand in the world.
-    moved: bool,
+    /// How all are placed, where they are placed alike, and not as they stand in the world.
+    alike: Option<Matrix4<f64>>,
 }
 
 #[derive(Debug, Clone)]
@@ -51,8 +51,8 @@ impl Frames {
         let places: Vec<Matrix4<f64>> =
             names.iter().map(|name| place(name).unwrap_or_else(Matrix4::identity)).collect();
         if places.windows(2).all(|pair| pair[0] == pair[1]) {
-            let moved = places.first().is_some_and(|place| *place != Matrix4::identity());
-            return Ok(Self { each: Vec::new(), moved });
+            let alike = places.first().copied().filter(|place| *place != Matrix4::identity());
+            return Ok(Self { each: Vec::new(), alike });
         }
         let mut frames = Vec::with_capacity(places.len());
         for ((name, to_world), shape) in names.iter().zip(places).zip(shapes) {
@@ -73,7 +73,13 @@ impl Frames {
             shape.control_vertices_mut().copy_from_slice(&seen);
             frames.push(Frame { back, own, seen });
         }
-        Ok(Self { each: frames, moved: false })
+        Ok(Self { each: frames, alike: None })
+    }
+
+    /// The affine map from the coordinates in which the shapes are seen to the world: how all of them are placed where they are placed alike, so that these are
+    /// their own coordinates. None where they are seen in the world.
+    pub fn to_world(&self) -> Option<&Matrix4<f64>> {
+        self.alike.as_ref()
     }
 
     /// Control vertices of shape `index`, in its object's own coordinates. Those that have not moved are as they were, to the last
@@ -98,7 +104,7 @@ impl Frames {
 
     /// What the report should say of it.
     pub fn note(&self) -> Option<String> {
-        if self.moved {
+        if self.alike.is_some() {
             return Some(OWN.into());
         }
         (!self.each.is_empty()).then(|| {

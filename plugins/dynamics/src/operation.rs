@@ -5,47 +5,38 @@ mod declared;
 mod folds;
 mod gravity;
 mod marks;
+mod material;
 mod report;
+mod run;
 mod seams;
 
 use loftsman_kernel::Point;
-use loftsman_kernel::functional::ShapeNames;
 use loftsman_kernel::plugin::{
-    Context, Declaration, Frames, Operation, OperationError, ParameterError, Parameters, SceneShapes,
-    SeenShapes, StepReport, Table, editable, object_name, put_back,
+    Context, Declaration, Operation, OperationError, Parameters, StepReport, Table, editable, object_name,
+    put_back,
 };
 use loftsman_kernel::scene::{Animation, Scene};
-use loftsman_kernel::shape::{Shape, cells_of, refine_of};
+use loftsman_kernel::shape::{Shape, refine_of};
 use loftsman_kernel::text::{figure, short};
 
-use self::constraints::{Words, constraint, force, pull};
-use self::declared::{BODY, FIELDS, TABLES};
-use self::gravity::gravity;
+use self::declared::{FIELDS, TABLES};
 use self::marks::Spots;
 use self::report::report;
+use self::run::Run;
 use self::seams::Seams;
-use crate::body::{Body, Material};
-use crate::error::{DynamicsError, check, check_damping, check_mass, check_rest, check_time};
-use crate::scheme::Scheme;
-use crate::setup::Setup;
+use crate::error::DynamicsError;
 use crate::simulation::{Audit, Corner, Simulation};
 
 /// The operation `simulate`.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Simulate;
 
-/// How much heavier than itself what a rope carries would have to be to stretch it to twice its length.
-const STIFF: f64 = 200.0;
-/// How fast motion dies away where nothing is said of it: a swing loses two fifths of its speed in a second, so that a first try comes to rest.
-const AIR: f64 = 0.5;
 /// More steps than this for one frame would take minutes.
 const MOST_STEPS: f64 = 5e4;
 /// What ends stretched to more than so many times its length was pulled by mistake.
 const TORN: f64 = 1e3;
 /// A rise of energy of no more than so many percent is rounding.
 const NO_RISE: f64 = 1e-10;
-/// More frames than this are a mistake.
-const MOST_FRAMES: f64 = 1e6;
 
 impl Operation for Simulate {
     fn declaration(&self) -> Declaration {
@@ -271,295 +262,7 @@ fn blamed(error: DynamicsError, parameters: &Parameters, asked: &[(String, Strin
     }
 }
 
-/// What a step says.
-struct Run {
-    /// What constraints, pulls and forces are called, and where each stands in the recipe.
-    asked: Vec<(String, String)>,
-    setup: Setup,
-    names: Vec<String>,
-    still: Vec<bool>,
-    /// The shapes at the start, in the frame in which all move.
-    first: Vec<Box<dyn Shape>>,
-    seen: Frames,
-    scheme: String,
-    rate: f64,
-    frames: usize,
-    settle: bool,
-    settle_frames: bool,
-    corners: bool,
-    notes: Vec<String>,
-}
-
-impl Run {
-    fn new(
-        scene: &Scene,
-        parameters: &Parameters,
-        context: &Context<'_>,
-        object: &str,
-    ) -> Result<Self, OperationError> {
-        let scheme = parameters.choice_or(
-            "scheme",
-            &[("epsilon", Scheme::Epsilon), ("exact", Scheme::Exact), ("implicit", Scheme::Implicit)],
-            Scheme::Epsilon,
-        )?;
-        let settle = parameters.flag("settle")?;
-        let mut notes = Vec::new();
-        let (rate, frames, seconds) = timing(parameters, settle, &mut notes)?;
-        let mut names = SceneShapes::new(scene, object)?;
-        let tables = parameters.tables("bodies")?;
-        let mut others = Vec::with_capacity(tables.len());
-        for table in &tables {
-            table.check(&BODY)?;
-            let name = table.text("object")?;
-            let index = names.shape(name).map_err(|e| table.error("object", e.to_string()))?;
-            if index != others.len() + 1 {
-                return Err(table.error("object", format!("\"{name}\" moves already")).into());
-            }
-            others.push(table);
-        }
-        // Objects that constraints name stand still.
-        let words = Words { registry: context.registry, seconds };
-        let constraints = parameters
-            .tables("constraints")?
-            .iter()
-            .map(|table| constraint(table, &mut names, &words))
-            .collect::<Result<Vec<_>, OperationError>>()?;
-        for late in constraints.iter().filter(|constraint| constraint.from > seconds) {
-            notes.push(format!("\"{}\" never holds: it comes at {} s, after the end", late.name, late.from));
-        }
-        let pulls = parameters
-            .tables("pull")?
-            .iter()
-            .map(|table| pull(table, &mut names, &words))
-            .collect::<Result<Vec<_>, OperationError>>()?;
-        let forces = parameters
-            .tables("forces")?
-            .iter()
-            .map(|table| force(table, &mut names))
-            .collect::<Result<Vec<_>, OperationError>>()?;
-        let acting = pulls.iter().map(|p| (&p.name, p.from)).chain(forces.iter().map(|f| (&f.name, f.from)));
-        for (name, from) in acting.filter(|(_, from)| *from > seconds) {
-            notes.push(format!("\"{name}\" never acts: it comes at {from} s, after the end"));
-        }
-        let called = |list: &'static str, names: Vec<&String>| -> Vec<(String, String)> {
-            let place = |(index, name): (usize, &String)| (name.clone(), format!("{list}[{index}]"));
-            names.into_iter().enumerate().map(place).collect()
-        };
-        let asked = [
-            called("constraints", constraints.iter().map(|c| &c.name).collect()),
-            called("pull", pulls.iter().map(|p| &p.name).collect()),
-            called("forces", forces.iter().map(|f| &f.name).collect()),
-        ]
-        .concat();
-        let SeenShapes { names, shapes, frames: seen } = names.into_parts()?;
-        let (gravity, fall) = gravity(scene, parameters, &names, &mut notes)?;
-        let unsaid = Material { stiffness: f64::NAN, shear: f64::NAN, damping: AIR, ..Material::default() };
-        let own = material(parameters, unsaid)?;
-        let mut still = Vec::with_capacity(names.len());
-        let mut bodies = Vec::with_capacity(names.len());
-        for (index, name) in names.iter().enumerate() {
-            let (made, stays) = match index.checked_sub(1) {
-                None => (own, false),
-                Some(other) => match others.get(other) {
-                    Some(table) => (material(table, own)?, table.flag("still")?),
-                    None => (own, true),
-                },
-            };
-            let body = Body::new(&shapes[index])
-                .called(name)
-                .material(stiffened(made, &shapes[index], fall)?)
-                .stiff_by_weight(made.stiffness.is_nan());
-            bodies.push(if stays { body.still() } else { body });
-            still.push(stays);
-        }
-        let mut bodies = bodies.into_iter();
-        let Some(first) = bodies.next() else {
-            return Err(parameters.error("object", "there is nothing to move").into());
-        };
-        let mut setup = Setup::new(first).gravity(gravity).scheme(scheme);
-        for body in bodies {
-            setup = setup.and(body);
-        }
-        for constraint in constraints {
-            setup = setup.hold(constraint);
-        }
-        setup = setup.keep_seams();
-        for force in forces {
-            setup = setup.push(force);
-        }
-        for pull in pulls {
-            setup = setup.pull(pull);
-        }
-        check_all(parameters, &STEPS)?;
-        if parameters.has("step") {
-            setup = setup.step(parameters.number("step")?);
-        }
-        if parameters.has("epsilon") {
-            setup = setup.epsilon(parameters.number("epsilon")?);
-        }
-        if parameters.has("draw") {
-            setup = setup.draw(parameters.number("draw")?);
-        }
-        let scheme = parameters.text_or("scheme", "epsilon")?.to_owned();
-        let settle_frames = parameters.flag("settle_frames")?;
-        if settle_frames && !(settle && frames > 0) {
-            let missing = if settle {
-                "`seconds`: there are no frames without"
-            } else {
-                "`settle = true`: nothing is settled without"
-            };
-            let problem = format!(
-                "the rest is one more frame where there are frames and rest is looked for; give {missing}, or leave it out"
-            );
-            return Err(parameters.error("settle_frames", problem).into());
-        }
-        if parameters.has("corners") && !settle {
-            let problem = "corners come where rest is looked for: give `settle = true`, or leave it out";
-            return Err(parameters.error("corners", problem).into());
-        }
-        let corners = !parameters.has("corners") || parameters.flag("corners")?;
-        Ok(Self {
-            asked,
-            setup,
-            names,
-            still,
-            first: shapes,
-            seen,
-            scheme,
-            rate,
-            frames,
-            settle,
-            settle_frames,
-            corners,
-            notes,
-        })
-    }
-}
-
 /// The larger of two stretches, whichever way.
 fn wider(a: f64, b: f64) -> f64 {
     if b.abs() > a.abs() { b } else { a }
-}
-
-/// The rate, the number of frames after the first, and how long all takes.
-fn timing(
-    parameters: &Parameters,
-    settle: bool,
-    notes: &mut Vec<String>,
-) -> Result<(f64, usize, f64), ParameterError> {
-    let rate = parameters.number_or("frames_per_second", 24.0)?;
-    if rate <= 0.0 {
-        return Err(parameters.error("frames_per_second", format!("{rate} is not a rate: give more than 0")));
-    }
-    if !parameters.has("seconds") {
-        if settle {
-            return Ok((rate, 0, 0.0));
-        }
-        return Err(parameters.error("seconds", "say how long it moves, or settle = true for where it rests"));
-    }
-    let seconds = parameters.number("seconds")?;
-    if seconds <= 0.0 {
-        return Err(parameters.error("seconds", format!("{seconds} s is no time: give more than 0")));
-    }
-    let frames = (seconds * rate).round().max(1.0);
-    if frames > MOST_FRAMES {
-        return Err(parameters.error(
-            "seconds",
-            format!("{frames} frames are more than {MOST_FRAMES}: give a shorter time or a lower frames_per_second"),
-        ));
-    }
-    let whole = frames / rate;
-    if (whole - seconds).abs() > 1e-9 * seconds {
-        let plural = if frames == 1.0 { "" } else { "s" };
-        let short =
-            if whole < seconds { ", and no path that arrives later is walked to its end" } else { "" };
-        notes.push(format!("it moves for {} s: {frames} whole frame{plural}{short}", figure(whole)));
-    }
-    Ok((rate, frames as usize, whole))
-}
-
-/// The numbers of a material: their fields, and what is asked of each.
-type Checked = (&'static str, fn(f64) -> Result<f64, DynamicsError>);
-const NUMBERS: [Checked; 7] = [
-    ("stiffness", |value| check("the stiffness", value, false)),
-    ("mass", |value| check_mass("the mass", value)),
-    ("shear", |value| check("the shear stiffness", value, true)),
-    ("bending", |value| check("the bending stiffness", value, true)),
-    ("damping", |value| check_damping("the damping", value)),
-    ("viscosity", |value| check("the viscosity", value, true)),
-    ("rest", check_rest),
-];
-/// And of steps.
-const STEPS: [Checked; 3] = [
-    ("epsilon", |value| check("epsilon", value, false)),
-    ("step", |value| check_time("the step", value)),
-    ("draw", |value| check_time("the time in which constraints are drawn in", value)),
-];
-
-/// Looks at those of the fields that are there.
-fn check_all(parameters: &Parameters, all: &[Checked]) -> Result<(), ParameterError> {
-    for (field, checked) in all {
-        if parameters.has(field)
-            && let Err(error) = checked(parameters.number(field)?)
-        {
-            return Err(parameters.error(field, error.to_string()));
-        }
-    }
-    Ok(())
-}
-
-fn material(parameters: &Parameters, other: Material) -> Result<Material, ParameterError> {
-    let number = |name: &str, or: f64| if parameters.has(name) { parameters.number(name) } else { Ok(or) };
-    let stiffness = number("stiffness", other.stiffness)?;
-    if stiffness <= 0.0 {
-        let problem = format!("a stiffness of {stiffness} keeps nothing together: give more than 0");
-        return Err(parameters.error("stiffness", problem));
-    }
-    // At its place in the recipe, and with 0 only where it means something.
-    check_all(parameters, &NUMBERS)?;
-    let shear = if parameters.has("shear") {
-        parameters.number("shear")?
-    } else if parameters.has("stiffness") {
-        0.5 * stiffness
-    } else {
-        other.shear
-    };
-    Ok(Material {
-        mass: number("mass", other.mass)?,
-        stiffness,
-        shear,
-        rest: number("rest", other.rest)?,
-        bending: number("bending", other.bending)?,
-        damping: number("damping", other.damping)?,
-        viscosity: number("viscosity", other.viscosity)?,
-    })
-}
-
-/// What is not said of its stiffness follows from its weight: that of its own length, of a surface of its own size.
-fn stiffened(mut material: Material, shape: &dyn Shape, fall: f64) -> Result<Material, OperationError> {
-    if material.stiffness.is_nan() {
-        material.stiffness = STIFF * material.mass * fall * reach(shape)?;
-    }
-    if material.shear.is_nan() {
-        material.shear = 0.5 * material.stiffness;
-    }
-    Ok(material)
-}
-
-/// Gauss points more than its degree in each span.
-const MORE: usize = 8;
-
-/// The arc length of a curve, the largest extent of a surface: of the shape itself, whatever its control vertices.
-pub(super) fn reach(shape: &dyn Shape) -> Result<f64, OperationError> {
-    if shape.domain().len() != 1 {
-        return Ok(crate::body::extent(shape.control_vertices()));
-    }
-    let mut length = 0.0;
-    for cell in cells_of(shape, "a length")?.checked(shape)? {
-        let degree = cell.sides.first().map_or(0, |side| side.degree);
-        for (at, weight) in cell.gauss_points([degree + MORE, 0]) {
-            length += weight * shape.stencil(at, 1.into())?.apply(shape.control_vertices()).norm();
-        }
-    }
-    Ok(length)
 }

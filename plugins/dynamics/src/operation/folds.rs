@@ -5,7 +5,7 @@ use loftsman_kernel::plugin::OperationError;
 use loftsman_kernel::shape::{Cell, Derivative, Location, Shape};
 use loftsman_kernel::text::{figure, short};
 
-use super::reach;
+use super::material::reach;
 use crate::body::{Material, extent};
 use crate::simulation::Simulation;
 

@@ -1,22 +1,23 @@
 //! Which way things fall, and how fast: in the coordinates in which they move.
 
 use loftsman_kernel::Vector;
-use loftsman_kernel::plugin::{OperationError, Parameters};
+use loftsman_kernel::plugin::{Frames, OperationError, Parameters};
 use loftsman_kernel::scene::{Scene, Up};
 use loftsman_kernel::text::figure;
-use nalgebra::{Matrix3, Matrix4};
+use nalgebra::Matrix3;
 
 use crate::error::direction;
 
 /// What falls, falls faster by so much every second: in metres.
 const FALL: f64 = 9.81;
 
-/// Gravity, and what a unit of mass weighs: what is given, in the coordinates in which the objects `names` move; else the scene's, 9.81 m/s² down, brought there. Where all
-/// of them are placed alike by the linear map `L` and a shift they move in their own coordinates: by `L⁻¹ g`, so that `x ↦ L x + t` of what falls is what falls in the scene.
+/// Gravity, and what a unit of mass weighs: what is given, in the coordinates in which the objects `names` are `seen` to move; else the scene's, 9.81 m/s² down, brought
+/// there. Where all of them are placed alike by the linear map `L` and a shift they move in their own coordinates: by `L⁻¹ g`, so that `x ↦ L x + t` of what falls is
+/// what falls in the scene.
 pub(super) fn gravity(
     scene: &Scene,
     parameters: &Parameters,
-    names: &[String],
+    (names, seen): (&[String], &Frames),
     notes: &mut Vec<String>,
 ) -> Result<(Vector, f64), OperationError> {
     let metres = scene.unit.metres();
@@ -27,7 +28,8 @@ pub(super) fn gravity(
             Up::Y => Vector::y(),
             Up::Z => Vector::z(),
         };
-    let linear = placed(scene, names)?;
+    let linear = seen.to_world().map(|place| place.fixed_view::<3, 3>(0, 0).into_owned());
+    let linear = linear.filter(|linear| *linear != Matrix3::identity());
     let own = match linear {
         None => Some(down),
         // One factor after another would lose a map that is far from length 1, as of kilometres in millimetres.
@@ -66,18 +68,4 @@ pub(super) fn gravity(
         ));
     }
     Ok((own, own.norm()))
-}
-
-/// The linear part of the map into the scene of objects that are all placed alike, and so move in their own coordinates; none where these are the scene's, or where they are
-/// placed differently and move in the scene.
-fn placed(scene: &Scene, names: &[String]) -> Result<Option<Matrix3<f64>>, OperationError> {
-    let world = scene.world_transforms()?;
-    let place = |name: &String| {
-        let own = scene.position(name).and_then(|at| world.get(at).copied().flatten());
-        own.unwrap_or_else(Matrix4::identity)
-    };
-    let mut places = names.iter().map(place);
-    let Some(first) = places.next().filter(|first| *first != Matrix4::identity()) else { return Ok(None) };
-    let linear = first.fixed_view::<3, 3>(0, 0).into_owned();
-    Ok((linear != Matrix3::identity() && places.all(|other| other == first)).then_some(linear))
 }
