@@ -12,6 +12,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::FromArgMatches;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use loftsman_kernel::plugin::Registry;
 
 use crate::program::args::{Arguments, Command};
@@ -40,10 +41,31 @@ impl std::fmt::Display for Interrupted {
 
 impl std::error::Error for Interrupted {}
 
+/// What clap refused, with the way to what was meant where the word is no command and the name of an operation or of a constraint: those are written in recipes.
+fn hinted(mut error: clap::Error, registry: &Registry) -> clap::Error {
+    let word = match (error.kind(), error.get(ContextKind::InvalidSubcommand)) {
+        (ErrorKind::InvalidSubcommand, Some(ContextValue::String(word))) => word.clone(),
+        _ => return error,
+    };
+    let hint = if registry.operations().iter().any(|operation| operation.declaration().name == word) {
+        format!(
+            "{word} is an operation of recipes: `[[step]]` with `op = \"{word}\"` in a file for `loftsman run`; `loftsman plugins {word}` lists its fields"
+        )
+    } else if registry.functionals().any(|constraint| constraint.name == word) {
+        format!("{word} is a constraint of steps such as edit; `loftsman plugins {word}` lists its fields")
+    } else {
+        return error;
+    };
+    error.remove(ContextKind::SuggestedSubcommand);
+    error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![hint.into()]));
+    error
+}
+
 /// What was typed.
-fn typed(arguments: &[OsString]) -> Arguments {
+fn typed(arguments: &[OsString], registry: &Registry) -> Arguments {
     let matches = args::command().try_get_matches_from(arguments);
     matches.and_then(|matches| Arguments::from_arg_matches(&matches)).unwrap_or_else(|error| {
+        let error = hinted(error, registry);
         // Help that was asked for is no error.
         if error.use_stderr() && failure::asked_for(arguments) {
             let text = error.render().to_string();
@@ -80,7 +102,7 @@ pub fn main(registry: &Registry) -> ExitCode {
 /// The same with other arguments, the program's own name first.
 pub fn main_with(registry: &Registry, arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let given: Vec<OsString> = arguments.into_iter().collect();
-    let arguments = typed(&given);
+    let arguments = typed(&given, registry);
     let json = failure::asked_for(&given);
     progress::listen();
     let result = match arguments.command {

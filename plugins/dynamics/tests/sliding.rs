@@ -6,11 +6,13 @@ use loftsman_dynamics::{
     Body, Scheme, Setup, Simulation, Spot, double_sliding, fixed, force, pull, sliding, sliding_curvature,
     sliding_tangent, tied,
 };
+use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::shape::{Derivative, Location};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
+use serde_json::json;
 
-use crate::common::line;
+use crate::common::{line, run};
 
 /// `z = (x² + y²)/2R` over a square, exactly, its parameters from 0 to 1; and where a point of it is.
 fn bowl(radius: f64, reach: f64) -> (Surface, impl Fn(f64, f64) -> [f64; 2]) {
@@ -524,5 +526,50 @@ fn both_sides_of_a_fixed_point_differ() {
         for stretch in sides.iter().flatten() {
             assert!((stretch - 0.2).abs() < 0.01, "{sides:?}");
         }
+    }
+}
+
+/// A sheet that passes itself somewhere along a line, both places sliding: as a recipe says it, `near` two pairs.
+#[test]
+fn a_sheet_passes_itself() {
+    for degree in 2..=4 {
+        let side = Space::clamped_uniform(degree, 12).unwrap();
+        let across = Space::clamped_uniform(degree, 6).unwrap();
+        let [end, top] = [&side, &across].map(|space| space.domain().1);
+        let at = |s: f64, t: f64| Point::new(4.0 * s - 1.3 * (9.0 * s).sin(), t, -1.5 * (9.0 * s).cos());
+        let points = (0..72).map(|k| at(side.greville(k / 6) / end, across.greville(k % 6) / top));
+        let sheet = Surface::new(side.clone(), across.clone(), points.collect()).unwrap();
+        let middle = |u: f64| sheet.point(u, 0.5 * top).unwrap();
+        let (mut best, mut crossing) = (f64::INFINITY, [0.0; 2]);
+        for i in 0..200 {
+            for j in i + 40..200 {
+                let [a, b] = [i, j].map(|k| f64::from(k) / 200.0 * end);
+                let apart = (middle(a) - middle(b)).norm();
+                if apart < best {
+                    (best, crossing) = (apart, [a, b]);
+                }
+            }
+        }
+        assert!(best < 0.1, "{best}");
+        let mut scene = Scene::new();
+        scene.add(Object::new("sheet", Geometry::Surface(sheet))).unwrap();
+        let fixed = |u: f64, v: f64| json!({ "kind": "fixed", "at": [u, v] });
+        let near = crossing.map(|u| [u, 0.5 * top]);
+        let report = run(
+            &mut scene,
+            json!({ "seconds": 0.5, "mass": 0.1, "stiffness": 60, "damping": 1, "scheme": "implicit",
+                "constraints": [fixed(0.0, 0.0), fixed(0.0, top), fixed(end, 0.0), fixed(end, top),
+                    { "kind": "double-sliding", "near": near, "name": "loop" }] }),
+        )
+        .unwrap();
+        let places = &report.constraints.iter().find(|found| found.name == "loop").unwrap().location;
+        let [a, b, c, d] = places[..] else { panic!("{places:?}") };
+        let Geometry::Surface(sheet) = scene.object("sheet").unwrap().geometry() else { panic!("a surface") };
+        let [one, other] = [sheet.point(a, b).unwrap(), sheet.point(c, d).unwrap()];
+        assert!((one - other).norm() < 1e-6, "degree {degree}: {one} {other}");
+        assert!((a - c).abs() > 0.1 * end, "two places: {places:?}");
+        let wrong = json!({ "seconds": 0.5, "constraints": [{ "kind": "double-sliding", "near": [0.5] }] });
+        let error = run(&mut scene, wrong).unwrap_err().to_string();
+        assert!(error.contains("constraints[0].near") && error.contains("two locations"), "{error}");
     }
 }

@@ -106,6 +106,23 @@ struct Scanner<'t> {
     no_row: Option<(usize, String)>,
 }
 
+/// Whether a line that is no row is meant as text: it begins with a word, has words and no number at all, or words and at most one number among them
+/// ("1. See report"). One field of a row that is wrong is none ("0.5 O.25").
+fn is_text(line: &[u8], separator: Separator) -> bool {
+    let is_word = |field: &[u8]| matches!(parse(field, true, &mut Signs::default()), Err(NumberFault::Word));
+    let first = separator.fields(line).next().unwrap_or_default();
+    if first.first().is_some_and(|b| b.is_ascii_alphabetic() || *b > 127 || *b == b'(') && is_word(first) {
+        return true;
+    }
+    let spoken = |field: &&[u8]| {
+        is_word(field) && field.windows(2).any(|pair| pair.iter().all(u8::is_ascii_alphabetic))
+    };
+    let words = Separator::Blanks.fields(line).filter(spoken).count();
+    let numbers = |separator: Separator| separator.fields(line).filter(|field| !is_word(field)).count();
+    let numbers = [numbers(Separator::Blanks), numbers(separator)].into_iter().max().unwrap_or(0);
+    words >= 2 && numbers <= 1 || words == 1 && numbers == 0
+}
+
 impl<'t> Scanner<'t> {
     fn line(&mut self, line: &'t [u8]) -> Result<(), String> {
         if line.is_empty() {
@@ -179,10 +196,7 @@ impl<'t> Scanner<'t> {
             return Err((here, problem));
         };
         let control = line.iter().any(|b| matches!(b, 0..=8 | 14..=31 | 127));
-        let first = columns.separator().fields(line).next().unwrap_or_default();
-        let is_text = first.first().is_some_and(|b| b.is_ascii_alphabetic() || *b > 127 || *b == b'(')
-            && matches!(parse(first, true, &mut Signs::default()), Err(NumberFault::Word));
-        if control || !is_text || self.below.len() >= MOST_WORDS {
+        if control || !is_text(line, columns.separator()) || self.below.len() >= MOST_WORDS {
             return Err((here, problem));
         }
         self.check_headed()?;

@@ -158,6 +158,43 @@ fn counts_that_contradict_the_blocks_give_way_to_them() {
     }
 }
 
+/// Footnotes of any beginning; a row of which one number is wrong is none.
+#[test]
+fn footnotes_may_begin_with_a_mark_or_a_number() {
+    for note in [
+        "* 3 points by hand",
+        "* three points by hand",
+        "12% thick",
+        "1. See report",
+        "0.5 at the nose",
+        "-- end --",
+        "3 rows follow no more",
+    ] {
+        for (file, rows) in [
+            ("a.dat", "RAE\n1 0\n0 0.1\n1 0\n"),
+            ("a.xyz", "1 0 0\n0 0.1 0\n1 0 3\n"),
+            ("a.csv", "1,0,0\n0,0.1,0\n1,0,2\n"),
+        ] {
+            let (scene, report) = read(file, format!("{rows}{note}\n")).unwrap();
+            assert_eq!(scene.objects()[0].geometry().points().len(), 3, "{file}: {note}");
+            assert!(report.left_out.keys().any(|why| why.contains("text below the rows")), "{report:?}");
+        }
+    }
+    for (file, row) in [
+        ("a.dat", "0.5 oops"),
+        ("a.dat", "0.5 nan"),
+        ("a.dat", "inf 0.5"),
+        ("a.dat", "0.5 O.25"),
+        ("a.dat", "0.5 0.2 x"),
+        ("a.dat", "0.5"),
+        ("a.csv", "0.5,oops,bad"),
+        ("a.csv", "0.5,,"),
+    ] {
+        let rows = if file == "a.csv" { "1,0,0\n0,0.1,0\n" } else { "1 0\n0 0.1\n" };
+        assert!(read(file, format!("{rows}{row}\n")).is_err(), "{row}");
+    }
+}
+
 #[test]
 fn footnotes_and_further_outlines_under_their_own_heading() {
     let (scene, report) = read("a.dat", "RAE\n1 0\n0 0.1\n1 0\nSource: report 1\n(no 2)\n").unwrap();

@@ -4,6 +4,7 @@ use loftsman_kernel::functional::ShapeNames;
 use loftsman_kernel::plugin::{
     OperationError, ParameterError, Parameters, Registry, SceneShapes, functional_from, nearest,
 };
+use loftsman_kernel::shape::Location;
 use loftsman_kernel::{Point, Vector};
 
 use super::declared::{ALL, FORCE, KINDS, PULL};
@@ -55,10 +56,7 @@ fn own_kind(
         "fixed" => fixed(table.location("at")?),
         "sliding" => sliding(table.location("near")?),
         "knot" => knot(table.location("near")?, table.location("at")?),
-        "double-sliding" => match table.numbers("near")?[..] {
-            [a, b] => double_sliding([a, b]),
-            _ => return Err(table.error("near", "two parameters are needed: [a, b]").into()),
-        },
+        "double-sliding" => double_sliding(pair(table, "near")?),
         "tied" => {
             let spot =
                 |at: &str, near: &str, body: usize| -> Result<Spot, ParameterError> {
@@ -94,6 +92,21 @@ fn own_kind(
         found = found.axes(axes(table)?);
     }
     Ok(found.on(body))
+}
+
+/// Two locations, in a list.
+fn pair(table: &Parameters, name: &str) -> Result<[Location; 2], ParameterError> {
+    let list = table.list(name)?;
+    if list.len() != 2 {
+        let problem =
+            "two locations are needed, one for each side: [a, b] on a curve, [[u, v], [u, v]] on a surface";
+        return Err(table.error(name, problem));
+    }
+    let one = |side: usize| {
+        let field = format!("{name}[{side}]");
+        Parameters::empty(table.path()).with(&field, list[side].clone()).location(&field)
+    };
+    Ok([one(0)?, one(1)?])
 }
 
 /// One coordinate, or a list of some.

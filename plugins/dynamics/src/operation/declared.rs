@@ -162,8 +162,8 @@ pub(super) const KINDS: [Declaration; 7] = [
         help: "a curve passes itself, wherever on both sides",
         fields: &[Field::required(
             "near",
-            "[number, number]",
-            "the two parameters that start together; both slide",
+            "list of two locations",
+            "the two that start together; both slide: [a, b] on a curve, [[u, v], [u, v]] on a surface",
         )],
     },
     Declaration {
