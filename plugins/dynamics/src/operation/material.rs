@@ -69,7 +69,11 @@ pub(super) fn material(parameters: &Parameters, other: Material) -> Result<Mater
 }
 
 /// What is not said of its stiffness follows from its weight: that of its own length, of a surface of its own size.
-pub(super) fn stiffened(mut material: Material, shape: &dyn Shape, fall: f64) -> Result<Material, OperationError> {
+pub(super) fn stiffened(
+    mut material: Material,
+    shape: &dyn Shape,
+    fall: f64,
+) -> Result<Material, OperationError> {
     if material.stiffness.is_nan() {
         material.stiffness = STIFF * material.mass * fall * reach(shape)?;
     }
