@@ -562,7 +562,8 @@ fn a_sheet_passes_itself() {
                     { "kind": "double-sliding", "near": near, "name": "loop" }] }),
         )
         .unwrap();
-        let places = &report.constraints.iter().find(|found| found.name == "loop").unwrap().location;
+        let places =
+            report.constraints.iter().find(|found| found.name == "loop").unwrap().location.clone().unwrap();
         let [a, b, c, d] = places[..] else { panic!("{places:?}") };
         let Geometry::Surface(sheet) = scene.object("sheet").unwrap().geometry() else { panic!("a surface") };
         let [one, other] = [sheet.point(a, b).unwrap(), sheet.point(c, d).unwrap()];

@@ -1,14 +1,21 @@
 //! The surface of a face, prepared: its patches, what of it is one (seams, poles), where it creases, how much it bends.
 
+mod affine;
+mod net;
+mod side;
+
 use std::sync::Arc;
 
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Error, Point, Result, Vector};
 
+use self::affine::Affine;
+use self::net::{CREASE, Net};
+pub(crate) use self::side::{Searches, Side};
 use super::bounds::{Bounds, Spread, exactly};
 use crate::fineness::Frame;
 use crate::normals::normal;
-use crate::patch::{Homogeneous, Jet, Patch, Patches, project};
+use crate::patch::{Jet, Patch, Patches};
 use crate::weights;
 
 /// Of boxes across more patches than this the cells are enough.
@@ -22,72 +29,10 @@ const STILL: f64 = 1e-15;
 const ALMOST_STILL: f64 = 1e-10;
 /// Of a point that is not on the surface, the part of its distance by which another place of the surface may be nearer than the one found.
 const OFF: f64 = 1e-3;
-/// The most pieces of a surface that are looked at for where one edge is on it, about a second's work. On files of CAD programs a place takes some tens, if
-/// it is not found without; on those with one wrong number in them all places of an edge may be about as far from any number of pieces.
-const SEARCHED: usize = 100_000;
 /// So many patches cost as much as one piece before any is looked at.
 const PREPARED: usize = 16;
 /// Points of a surface's own edges that are closer than this, in the frame of the whole, are one.
 const ONE_POINT: f64 = 1e-9;
-
-/// How long places of an edge on a surface may still be searched for.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Searches(usize);
-
-impl Default for Searches {
-    fn default() -> Self {
-        Self(SEARCHED)
-    }
-}
-
-impl Searches {
-    /// Whether places are no longer searched for all over the surface.
-    pub(crate) fn are_over(self) -> bool {
-        self.0 == 0
-    }
-
-    /// How many pieces may be looked at: one at least, so that there is a place.
-    fn left(self) -> usize {
-        self.0.max(1)
-    }
-
-    fn spend(&mut self, pieces: usize) {
-        self.0 = self.0.saturating_sub(pieces);
-    }
-}
-
-/// A direction of a surface's parameters.
-#[derive(Debug)]
-pub(crate) struct Side {
-    pub(crate) low: f64,
-    pub(crate) high: f64,
-    /// Whether the surface closes in it.
-    pub(crate) closed: bool,
-    /// Where in it triangles must not reach across: creases, and both ends where it closes; ascending.
-    pub(crate) lines: Vec<f64>,
-    /// What the first derivative jumps by at the other knots, where it does at all; ascending.
-    jumps: Vec<(f64, f64)>,
-}
-
-impl Side {
-    pub(crate) fn length(&self) -> f64 {
-        self.high - self.low
-    }
-
-    /// The same place within the domain, where the direction is closed.
-    pub(crate) fn wrapped(&self, x: f64) -> f64 {
-        if !self.closed {
-            return x;
-        }
-        let x = x - self.length() * ((x - self.low) / self.length()).floor();
-        if x >= self.high { self.low } else { x.max(self.low) }
-    }
-
-    /// The same place, as near to another as it can be.
-    pub(crate) fn unwrapped(&self, x: f64, near: f64) -> f64 {
-        if self.closed { x + self.length() * ((near - x) / self.length()).round() } else { x }
-    }
-}
 
 /// A surface as faces need it. Points are in the frame of the whole, parameters are the surface's own.
 #[derive(Debug)]
@@ -104,57 +49,6 @@ pub(crate) struct Carrier {
     pub(crate) flat: bool,
     /// Of a plane whose parameters are coordinates on it, how to find these.
     affine: Option<Affine>,
-}
-
-/// A plane `origin + u a + v b`, over a domain. Feet are found by a division each.
-#[derive(Debug)]
-struct Affine {
-    origin: Vector,
-    along: [Vector; 2],
-    /// The vectors that have the product 1 with one of these and 0 with the other.
-    dual: [Vector; 2],
-    /// The unit normal.
-    normal: Vector,
-    low: [f64; 2],
-    high: [f64; 2],
-}
-
-impl Affine {
-    /// Of a single patch of degree 1 in both directions that is a parallelogram, to rounding.
-    fn of(patches: &[Patch], breaks: &[Vec<f64>; 2]) -> Option<Self> {
-        let [patch] = patches else { return None };
-        let (false, 2, 2) = (patch.rational, patch.rows, patch.columns) else { return None };
-        let [a, b, c, d] = [0, 1, 2, 3].map(|k: usize| project(&patch.net[k]));
-        let low = [breaks[0][0], breaks[1][0]];
-        let high = [breaks[0][1], breaks[1][1]];
-        let along = [(c - a) / (high[0] - low[0]), (b - a) / (high[1] - low[1])];
-        let [uu, uv, vv] = [along[0].norm_squared(), along[0].dot(&along[1]), along[1].norm_squared()];
-        let area = uu * vv - uv * uv;
-        let size = (c - a).norm().max((b - a).norm());
-        // Slanted directions and long strips would lose digits: those are searched for as on any surface.
-        if (d - c - (b - a)).norm() > 1e-14 * size || area.is_nan() || area <= 1e-2 * uu * vv {
-            return None;
-        }
-        let dual = [(along[0] * vv - along[1] * uv) / area, (along[1] * uu - along[0] * uv) / area];
-        let normal = normal(patch, [0.5; 2], &patch.jet([0.5; 2]));
-        Some(Self { origin: a, along, dual, normal, low, high })
-    }
-
-    /// The nearest place, where it lies within the domain or is brought there by rounding alone, and its distance.
-    fn foot(&self, point: &Vector) -> Option<([f64; 2], f64)> {
-        let off = point - self.origin;
-        let mut at = [0.0; 2];
-        for d in 0..2 {
-            let (low, high) = (self.low[d], self.high[d]);
-            let x = low + self.dual[d].dot(&off);
-            at[d] = x.clamp(low, high);
-            if (x - at[d]).abs() > 1e-12 * (high - low) || x.is_nan() {
-                return None;
-            }
-        }
-        let on = self.along[0] * (at[0] - self.low[0]) + self.along[1] * (at[1] - self.low[1]);
-        Some((at, (off - on).norm()))
-    }
 }
 
 impl Carrier {
@@ -506,108 +400,5 @@ impl Carrier {
             }
         }
         at
-    }
-}
-
-/// A jump of the first derivative over the spans around a knot that is more than this part of the tolerance is a crease.
-const CREASE: f64 = 0.05;
-
-/// The patches of a surface side by side.
-struct Net<'p> {
-    patches: &'p [Patch],
-    counts: [usize; 2],
-    /// How near to each other points are one.
-    one: f64,
-}
-
-impl Net<'_> {
-    fn patch(&self, direction: usize, along: usize, across: usize) -> &Patch {
-        let [i, j] = if direction == 0 { [along, across] } else { [across, along] };
-        &self.patches[i * self.counts[1] + j]
-    }
-
-    /// The sides of patches at the low and at the high end of a direction.
-    fn side(direction: usize, end: usize) -> usize {
-        [[3, 1], [0, 2]][direction][end]
-    }
-
-    /// The point that a side of the domain is.
-    fn pole(&self, direction: usize, end: usize) -> Option<Vector> {
-        let along = [0, self.counts[direction] - 1][end];
-        let points = (0..self.counts[1 - direction]).flat_map(|across| {
-            self.patch(direction, along, across).side(Self::side(direction, end)).map(project)
-        });
-        let mut points = points;
-        let first = points.next()?;
-        points.all(|p| (p - first).norm() <= self.one).then_some(first)
-    }
-
-    /// Whether the patches `before` end where those `after` begin.
-    fn meets(&self, direction: usize, before: usize, after: usize) -> bool {
-        (0..self.counts[1 - direction]).all(|across| {
-            let a = self.patch(direction, before, across).side(Self::side(direction, 1));
-            let b = self.patch(direction, after, across).side(Self::side(direction, 0));
-            let scale =
-                |mut side: Box<dyn Iterator<Item = &Homogeneous> + '_>| side.next().map_or(1.0, |h| h[3]);
-            let (wa, wb) = (scale(Box::new(a.clone())), scale(Box::new(b.clone())));
-            a.zip(b).all(|(x, y)| {
-                let (x3, y3) = (x[3] / wa, y[3] / wb);
-                (project(x) - project(y)).norm() <= self.one && (x3 - y3).abs() <= 1e-6 * x3.max(y3)
-            })
-        })
-    }
-
-    /// The most that the first derivative across a knot line jumps by: with the jump `(D, d)` of `(A, W)`'s derivative,
-    /// that of `A / W` is `(D W - A d) / W²`, whose numerator is bounded by its Bézier points.
-    fn jump(&self, direction: usize, k: usize, [before, after]: [f64; 2]) -> f64 {
-        let mut most = 0.0_f64;
-        for across in 0..self.counts[1 - direction] {
-            let (one, other) = (self.patch(direction, k - 1, across), self.patch(direction, k, across));
-            let lines = |patch: &Patch, last: bool| -> [Vec<Homogeneous>; 2] {
-                let (p, q) = (patch.rows, patch.columns);
-                let order = [p, q][direction];
-                let row = |r: usize| -> Vec<Homogeneous> {
-                    if direction == 0 {
-                        patch.net[r * q..(r + 1) * q].to_vec()
-                    } else {
-                        (0..p).map(|i| patch.net[i * q + r]).collect()
-                    }
-                };
-                if last { [row(order - 2), row(order - 1)] } else { [row(0), row(1)] }
-            };
-            let degree = [one.rows, one.columns][direction] as f64 - 1.0;
-            let [inner, edge] = lines(one, true);
-            let [start, next] = lines(other, false);
-            // Patches scale their weights on their own.
-            let same = edge[0][3] / start[0][3];
-            let slope = |k: usize, l: usize| {
-                degree * ((next[k][l] - start[k][l]) * same / after - (edge[k][l] - inner[k][l]) / before)
-            };
-            let order = edge.len();
-            let light = edge.iter().map(|h| h[3]).fold(f64::INFINITY, f64::min);
-            let binomials = |n: usize| {
-                let mut row = vec![1.0; n + 1];
-                for i in 1..=n {
-                    row[i] = row[i - 1] * (n + 1 - i) as f64 / i as f64;
-                }
-                row
-            };
-            let (single, double) = (binomials(order - 1), binomials(2 * order - 2));
-            let mut product = vec![Vector::zeros(); 2 * order - 1];
-            for a in 0..order {
-                let d = [0, 1, 2, 3].map(|l| slope(a, l));
-                let d = (Vector::new(d[0], d[1], d[2]), d[3]);
-                for b in 0..order {
-                    let h = &edge[b];
-                    let share = single[a] * single[b] / double[a + b];
-                    product[a + b] += (d.0 * h[3] - Vector::new(h[0], h[1], h[2]) * d.1) * share;
-                }
-            }
-            let largest = product.iter().map(Vector::norm).fold(0.0, f64::max);
-            most = most.max(largest / (light * light));
-        }
-        // What is left of equal derivatives after rounding.
-        let rounding = 1e-12 / before.min(after);
-        if most <= rounding { 0.0 } else { most }
     }
 }

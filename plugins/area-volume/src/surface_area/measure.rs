@@ -1,15 +1,20 @@
 //! The quadrature behind the area of a surface: two rules on each part, halved where they differ.
 
-use std::cmp::Ordering;
+mod nodes;
+mod part;
+mod turns;
+
 use std::collections::BinaryHeap;
 
 use loftsman_kernel::error::Error;
 use loftsman_kernel::shape::{Cell, Location, Shape, Share};
 use loftsman_kernel::spline::Space;
-use loftsman_kernel::spline::gram::gauss_legendre;
 use loftsman_kernel::spline::space::MAX_ORDER;
 use loftsman_kernel::{Point, Result, Vector};
 
+use self::nodes::{Along, Nodes};
+use self::part::{Judged, Part};
+use self::turns::Turns;
 use crate::members::Member;
 use crate::rule::Basis;
 
@@ -31,48 +36,8 @@ const AGREE: f64 = 1e-11;
 const FOUND: f64 = 1e-15;
 /// On both sides of such a line, so far from it by a cell's length, the normals are opposite.
 const BESIDE: f64 = 1e-7;
-
-/// Of two normals beside one another that are opposite, the less is more than this part of the other: else it is rounding beside a fold.
-const BLUR: f64 = 1e-9;
 /// What is left of `|S_u × S_v|` below this part of its mean says nothing about the direction of a crease.
 const UNSEEN: f64 = 1e-6;
-/// The most nodes of a rule, with the ends.
-const MOST_NODES: usize = MAX_ORDER + EXTRA[1] + 1;
-
-/// A rule in each direction.
-struct Nodes {
-    u: Along,
-    v: Along,
-}
-
-/// Nodes on `[0, 1]` with three weights each: Gauss and Legendre's, those of the highest divided difference, which is zero for
-/// all polynomials that have one coefficient less than there are nodes, and these times the distance from the middle, for
-/// polynomials with one coefficient less still. One of the two is even, the other odd about the middle, so that not both
-/// overlook a crease there. They are scaled to a sum of 1 without signs.
-struct Along(Vec<(f64, [f64; 3])>);
-
-impl Along {
-    fn new(count: usize) -> Self {
-        let (nodes, weights) = gauss_legendre(count);
-        let difference = |k: usize| {
-            let others = nodes.iter().enumerate().filter(|(j, _)| *j != k);
-            others.map(|(_, x)| nodes[k] - x).product::<f64>().recip()
-        };
-        let off = |k: usize| (nodes[k] - 0.5) * difference(k);
-        let whole: f64 = (0..count).map(|k| difference(k).abs()).sum();
-        let other: f64 = (0..count).map(|k| off(k).abs()).sum();
-        let all = |k: usize| [weights[k], difference(k) / whole, off(k) / other];
-        Self((0..count).map(|k| (nodes[k], all(k))).collect())
-    }
-
-    /// The same, and it looks at the ends, which have no weight: a crease that touches an end from inside is seen.
-    fn with_ends(count: usize) -> Self {
-        let Self(mut nodes) = Self::new(count);
-        nodes.insert(0, (0.0, [0.0; 3]));
-        nodes.push((1.0, [0.0; 3]));
-        Self(nodes)
-    }
-}
 
 /// A surface at work.
 pub(super) struct Measure<'s> {
@@ -92,27 +57,6 @@ pub(super) struct Measure<'s> {
     telling: bool,
     /// What a stencil could not be had for.
     failed: Option<Error>,
-}
-
-/// A part of a cell: its span and interval in each direction.
-#[derive(Clone, Copy)]
-struct Part {
-    spans: [usize; 2],
-    /// The face that it is on, of a surface of many.
-    face: Option<u32>,
-    u: (f64, f64),
-    v: (f64, f64),
-    /// Which of the counted cells this is, where only a part of it counts, and in how many parts that is cut.
-    share: Option<(usize, usize)>,
-    /// How often it has been halved in each direction.
-    halved: [u16; 2],
-}
-
-impl Part {
-    /// A place of it.
-    fn at(&self, u: f64, v: f64) -> Location {
-        self.face.map_or(Location::Surface(u, v), |face| Location::Face(face, u, v))
-    }
 }
 
 impl<'s> Measure<'s> {
@@ -493,33 +437,6 @@ struct Sum {
     creased: bool,
 }
 
-/// Normals of neighbouring nodes beside one another.
-struct Turns {
-    /// The normals of the row before, as far as this one is not there yet.
-    row: [[f64; 3]; MOST_NODES],
-    creased: bool,
-}
-
-impl Default for Turns {
-    fn default() -> Self {
-        Self { row: [[0.0; 3]; MOST_NODES], creased: false }
-    }
-}
-
-impl Turns {
-    /// The next normal, in this column.
-    fn see(&mut self, column: usize, normal: [f64; 3]) {
-        let product = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        let turned = |a: [f64; 3]| product(a, normal) < -BLUR * product(a, a).max(product(normal, normal));
-        let beside =
-            column.checked_sub(1).and_then(|before| self.row.get(before)).is_some_and(|&n| turned(n));
-        if let Some(place) = self.row.get_mut(column) {
-            self.creased |= beside || turned(*place);
-            *place = normal;
-        }
-    }
-}
-
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
@@ -537,37 +454,6 @@ pub(super) enum Effort {
 pub(super) struct Area {
     pub(super) area: f64,
     pub(super) error: f64,
-}
-
-/// A part with its area, by the better rule, and the difference of both; in the heap the part with most is the greatest.
-struct Judged {
-    part: Part,
-    fine: f64,
-    error: f64,
-    /// Across which direction to halve it.
-    across_u: bool,
-    order: usize,
-    /// Whether it cannot be halved any more.
-    settled: bool,
-}
-
-impl PartialEq for Judged {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-impl Eq for Judged {}
-impl PartialOrd for Judged {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-impl Ord for Judged {
-    /// Of equal ones the first made, so that the answer is always the same.
-    fn cmp(&self, other: &Self) -> Ordering {
-        let open = other.settled.cmp(&self.settled);
-        open.then(self.error.total_cmp(&other.error)).then(other.order.cmp(&self.order))
-    }
 }
 
 /// The most points at which a look evaluates a surface: both rules on each part that can arise, and the better one again on
