@@ -47,7 +47,7 @@ impl Error {
 /// What was found of one condition.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Measured {
-    /// The largest error of its equations, whatever is allowed for each.
+    /// The largest error of its equations, whatever is allowed for each: of the three of a vector its length.
     pub error: f64,
     /// The equation that is worst beside what is allowed for it.
     pub worst: Error,
@@ -149,15 +149,15 @@ fn equations(
     let own = functional.accuracy().tolerance();
     let size = |v: usize| shapes.vertex(v).coords.amax().min(PROPORTION * reach).max(reach);
     let (mut largest, mut worst) = (0.0_f64, Error::default());
-    let mut keep = |found: Error| {
-        largest = if largest.is_nan() || found.error <= largest { largest } else { found.error };
+    let mut keep = |told: f64, found: Error| {
+        largest = if largest.is_nan() || told <= largest { largest } else { told };
         worst = worst.or_worse(found);
     };
-    let look = |equation: usize, sum: f64, keep: &mut dyn FnMut(Error)| {
+    let look = |equation: usize, sum: f64, keep: &mut dyn FnMut(f64, Error)| {
         let (Some(target), Some(value)) = (target.get(equation), value.get(equation)) else { return };
         if asked(equation) {
             let error = error_of(sense, target - value);
-            keep(Error { error, allowed: own + unit * (sum + target.abs()) });
+            keep(error, Error { error, allowed: own + unit * (sum + target.abs()) });
         }
     };
     let mut equation = 0;
@@ -166,17 +166,22 @@ fn equations(
             Equation::Alike { vertices, coefficients, .. } => {
                 let sum: f64 = vertices.iter().zip(coefficients).map(|(&v, c)| c.abs() * size(v)).sum();
                 let axes = equation..equation + 3;
-                if own > 0.0 && sense == Sense::Equal && axes.clone().all(asked) {
-                    let both = axes.map(|e| target.get(e).copied().zip(value.get(e).copied()));
+                if sense == Sense::Equal && axes.clone().all(asked) {
+                    let both = axes.clone().map(|e| target.get(e).copied().zip(value.get(e).copied()));
                     let off = both.flatten().map(|(target, value)| (target - value, target));
                     let (error, target) = off
                         .fold((0.0_f64, 0.0), |(error, size): (f64, f64), (off, target)| {
                             (error.hypot(off), size.max(target.abs()))
                         });
-                    keep(Error { error, allowed: own + unit * (sum + target) });
-                } else {
-                    axes.for_each(|axis| look(axis, sum, &mut keep));
+                    if own > 0.0 {
+                        keep(error, Error { error, allowed: own + unit * (sum + target) });
+                        equation += 3;
+                        continue;
+                    }
+                    // Told is the distance, and judged is each coordinate.
+                    keep(error, Error::default());
                 }
+                axes.for_each(|axis| look(axis, sum, &mut keep));
                 equation += 3;
             }
             Equation::Coupled { vertices, vectors, .. } => {

@@ -19,7 +19,7 @@ fn a_best_effort_says_what_it_missed_and_calls_nothing_of_it_redundant() {
     let curve = twelve();
     let (a, _) = curve.domain();
     // Nothing moves the locked start; what is asked twice agrees; what is asked twice and differs is missed by half.
-    let cases: [(Edit<Curve>, usize, &[&str]); 4] = [
+    let cases: [(Edit<Curve>, usize, &[&str]); 5] = [
         (
             Edit::new(&curve).lock([0]).ask(position(a).by([0.0, 1.0, 0.0])).ask(position(4.5).keep()),
             0,
@@ -29,6 +29,12 @@ fn a_best_effort_says_what_it_missed_and_calls_nothing_of_it_redundant() {
             Edit::new(&curve).ask(position(4.5).by([0.0, 1.0, 0.0])).ask(position(4.5).by([0.0, 2.0, 0.0])),
             0,
             &["by 0.5", "by 0.5"],
+        ),
+        // By the distance, half of (3, -4, 0), and not by a coordinate.
+        (
+            Edit::new(&curve).ask(position(4.5).by([3.0, 0.0, 0.0])).ask(position(4.5).by([0.0, 4.0, 0.0])),
+            0,
+            &["by 2.5", "by 2.5"],
         ),
         (
             Edit::new(&curve).ask(position(4.5).by([0.0, 1.0, 0.0])).ask(position(4.5).by([0.0, 1.0, 0.0])),

@@ -1,7 +1,7 @@
 //! A fineness as two numbers, checked against what the shape's coordinates can resolve.
 
 use loftsman_kernel::plugin::{Chord, Fineness};
-use loftsman_kernel::text::short;
+use loftsman_kernel::text::{figure, short};
 use loftsman_kernel::{Error, Point, Result};
 
 /// A shape's own frame: control points are taken about `centre` and divided by `size`, so that no square of a
@@ -110,13 +110,14 @@ pub(crate) fn over_budget(
         Chord::Absolute(length) => (length, ""),
         Chord::Relative(fraction) => (fraction, " of the diagonal"),
     };
-    let degrees = fineness.angle.to_degrees();
-    let asked = format!("a chord tolerance of {tolerance:e}{of} with an angle of {degrees} degrees needs");
+    let degrees = figure(fineness.angle.to_degrees());
+    let asked = format!("a chord tolerance of {tolerance:e}{of} with an angle of {degrees}° needs");
     Error::Invalid(match needed {
         Some(needed) => {
             let enough = tolerance * (needed / budget as f64).powf(1.0 / power);
             format!(
-                "{asked} about {needed:.0} {what}, more than {budget}: choose a coarser one, {enough}{of} or more",
+                "{asked} about {needed} {what}, more than {budget}: choose a coarser one, {enough}{of} or more",
+                needed = short(needed),
                 enough = short(enough)
             )
         }

@@ -25,7 +25,7 @@ pub struct Convergence {
 pub struct ConstraintReport {
     /// Its name: `position at 0.25`.
     pub name: Name,
-    /// Largest error of its equations after the step.
+    /// Largest error of its equations after the step: of an edit's position, and of what else is a vector, the distance from where it should be.
     pub residual: f64,
     /// The power of length that this error has ([`Functional::dimension`]): 2 for an area. `None` where that is not known.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -116,7 +116,8 @@ pub fn edges_of<'a>(shape: &'a dyn Shape, what: &str) -> Result<&'a dyn Edges> {
     shape.edges().ok_or_else(|| {
         let name = shape.type_name();
         Error::Invalid(match shape.domain().len() {
-            1 => "a curve has ends, no edges: join it at a parameter, such as the start of its domain".into(),
+            1 => "a curve has ends, no edges: join it at a parameter, such as the start of its domain; the edge of a surface is brought onto a curve by the constraint `edge`"
+                .into(),
             _ if shape.cells().is_some_and(|cells| cells.is_partial()) => {
                 format!(
                     "{what}: the loops of a trimmed surface are its boundary, not the edges of the surface that carries it; untrim it \

@@ -13,8 +13,8 @@ pub type Result<T, E = FineTuneError> = std::result::Result<T, E>;
 pub enum FineTuneError {
     /// The shape is rational.
     #[error(
-        "the derivative of a rational {what} is no spline, so that scaling it gives none: fit a polynomial {what} to it within a \
-         tolerance first"
+        "the derivative of a rational {what} is no spline, so that scaling it gives none: {}",
+        polynomial(what)
     )]
     Rational {
         /// A curve or a surface.
@@ -158,5 +158,15 @@ impl From<FineTuneError> for OperationError {
             FineTuneError::Geometry(error) => error.into(),
             other => Error::Invalid(other.to_string()).into(),
         }
+    }
+}
+
+/// How a polynomial curve or surface near a rational one is had.
+fn polynomial(what: &str) -> &'static str {
+    match what {
+        "curve" => {
+            "take points along it (operation `sample`) and fit a polynomial curve to them within a tolerance (operation `fit`)"
+        }
+        _ => "bring a polynomial surface to points of it (operation `fit-shape`)",
     }
 }

@@ -287,7 +287,8 @@ fn scale_bar(theme: Theme, millimetres: f64, [x, y]: [f64; 2], unit: Unit) -> St
         length(bar)
     );
     let bar_path = Stroke::plain(color, 0.3).path("scale-bar", data).empty();
-    let words = format!("{} {}", text::number(value), unit.symbol());
+    let one = unit == Unit::Unknown && value == 1.0;
+    let words = format!("{} {}", text::number(value), if one { "unit".into() } else { unit.symbol() });
     let text = Element::new("text")
         .length("x", x + bar / 2.0)
         .length("y", y - 1.4)

@@ -56,7 +56,7 @@ impl Polygon {
             }
         };
         if curve.weights().is_some() {
-            return refused("cannot have a rational curve: fit a polynomial one first".to_owned());
+            return refused("cannot have a rational curve: take points along it (operation `sample`) and fit a polynomial one to them (operation `fit`) first".to_owned());
         }
         let (space, degree) = (curve.space(), curve.degree());
         let spans = |knots: &[f64]| knots.windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>();
