@@ -142,20 +142,26 @@ impl Before {
 /// Of its length or area no more than this share is left of what has collapsed.
 const COLLAPSED: f64 = 1e-9;
 
-/// Whether all points of what was a surface are on one line, and were not.
-fn on_a_line(before: Option<&Geometry>, after: &Geometry) -> bool {
-    let width = |geometry: &Geometry| {
+/// What is left of a surface that was more: a point, where its points are where rounding puts those of one, or a line.
+fn left_of(before: &Geometry, after: &Geometry) -> Option<&'static str> {
+    let is_surface = |g: &Geometry| matches!(g, Geometry::Surface(_) | Geometry::Trimmed(_));
+    if !is_surface(before) || !is_surface(after) {
+        return None;
+    }
+    // How long and how wide the points lie.
+    let extent = |geometry: &Geometry| {
         let points = geometry.points();
         let first = points.first()?;
         let along = points.iter().map(|p| p - first).max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
         let length = along.norm();
         let across = points.iter().map(|p| (p - first).cross(&along).norm() / length).fold(0.0, f64::max);
-        Some(if length > 0.0 { across / length } else { 0.0 })
+        Some((length, if length > 0.0 { across } else { 0.0 }))
     };
-    let is_surface = |g: &Geometry| matches!(g, Geometry::Surface(_) | Geometry::Trimmed(_));
-    before.is_some_and(|before| is_surface(before) && width(before).is_some_and(|w| w > COLLAPSED))
-        && is_surface(after)
-        && width(after).is_some_and(|w| w <= COLLAPSED)
+    let (was, is) = (extent(before)?, extent(after)?);
+    if is.0 <= COLLAPSED * was.0 && was.0 > 0.0 {
+        return Some("a point");
+    }
+    (is.1 <= COLLAPSED * is.0 && was.1 > COLLAPSED * was.0).then_some("a line")
 }
 
 /// That nothing is left of an object but a point or a line.
@@ -166,12 +172,13 @@ fn collapsed(change: &ObjectChange, before: Option<&Geometry>, after: &Geometry)
             .zip(measured.after)
             .is_some_and(|(before, after)| after.abs() <= COLLAPSED * before.abs() && before != 0.0)
     };
-    let left = match (gone(change.length), gone(change.area)) {
-        (true, _) => "a point",
-        (_, true) => "a line or a point",
-        _ if on_a_line(before, after) => "a line",
-        _ => return None,
-    };
+    let left =
+        match (gone(change.length), gone(change.area), before.and_then(|before| left_of(before, after))) {
+            (true, ..) => "a point",
+            (.., Some(left)) => left,
+            (_, true, None) => "a line or a point",
+            _ => return None,
+        };
     Some(format!(
         "{:?} has shrunk to {left}, which also meets what is asked: ask for something else, or, where constraints are asked for, for something of its size as well (`length`, `area`, its ends)",
         change.name

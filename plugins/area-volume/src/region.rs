@@ -167,8 +167,8 @@ fn check_planar(shapes: &Shapes<'_>, members: &[On], plane: &Plane, size: f64, w
         return Ok(());
     }
     Err(Error::Invalid(format!(
-        "{what}: it is not planar: its control vertices leave its plane by {} in the scene's unit, {} of its size (more than {PLANAR:e}, which is rounding); give a \"normal\", and the area of its \
-         projection along that is meant",
+        "{what}: it is not planar: its control vertices leave its plane by {} in the scene's unit, {} of its size (more than {PLANAR:e}, which is rounding); give a \"normal\", and its projection \
+         along that is meant",
         figure(high - low),
         short((high - low) / size)
     )))

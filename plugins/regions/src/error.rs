@@ -34,7 +34,7 @@ pub enum RegionError {
     },
     /// Points off the plane.
     #[error(
-        "\"{object}\" is not planar: it leaves the plane of the region by {distance}; flatten it first",
+        "\"{object}\" is not planar: it leaves the plane of the region by {distance}; bring its control vertices into one plane first",
         distance = figure(*distance)
     )]
     NotPlanar {

@@ -142,7 +142,8 @@ pub(crate) fn facts(step: &StepReport, timed: bool) -> Vec<String> {
     let all = [
         step.solver.clone(),
         rank,
-        step.residual.map(|r| match (moves, r == 0.0) {
+        // What nothing was asked of met nothing.
+        step.residual.filter(|_| !moves || step.equations != Some(0)).map(|r| match (moves, r == 0.0) {
             (false, _) => format!("residual {}", figure(r)),
             (true, true) => "met to rounding".to_owned(),
             (true, false) => format!("missed by {}", figure(r)),

@@ -34,7 +34,10 @@ pub(super) fn report(
         (more, differs) = (more + unseen.more, differs || unseen.differs);
         warnings.extend(unresolved(simulation.body_name(body)?, unseen));
     }
-    let unseen = (differs || more.abs() > UNSEEN * after.elastic).then_some(after.elastic + more);
+    let energies = [after.kinetic, after.elastic, after.gravity, after.pulls];
+    let all = energies.iter().map(|part| part.abs()).sum();
+    let unseen = (differs || more.abs() > UNSEEN * after.elastic && without_rounding(more, all) != 0.0)
+        .then_some(after.elastic + more);
     if simulation.sub_steps() > 0 {
         let length = simulation.time() / simulation.sub_steps() as f64;
         notes.push(match scheme {
@@ -66,15 +69,15 @@ pub(super) fn report(
             }
             None => String::new(),
         };
-        let parts = [after.kinetic, after.elastic, after.gravity, after.pulls];
-        let all = parts.iter().map(|part| part.abs()).sum();
-        let [kinetic, elastic, gravity, pulls] = parts.map(|part| figure(without_rounding(part, all)));
+        let [kinetic, elastic, gravity, pulls] = energies.map(|part| figure(without_rounding(part, all)));
         notes.push(format!(
             "energy at the end: motion {kinetic}, elastic {elastic}{unseen}, gravity {gravity}, pulls {pulls}, in mass · {}² / s²",
             unit.one()
         ));
         let drift = without_rounding(simulation.worst_error(), simulation.size);
-        notes.push(format!("constraints drifted by {} at most", unit.quantity(drift, 1)));
+        if equations > 0 {
+            notes.push(format!("constraints drifted by {} at most", unit.quantity(drift, 1)));
+        }
         if drift > DRIFT * simulation.size {
             warnings.push(format!(
                 "constraints of {object:?} drifted by {}, more than a millionth of its size: give a shorter `step`, or scheme \"implicit\"",
@@ -82,17 +85,20 @@ pub(super) fn report(
             ));
         }
     }
-    let way = |stretch: f64| if stretch < 0.0 { "compressed" } else { "stretched" };
+    let by = |stretch: f64| {
+        let way = if stretch < 0.0 { "compressed" } else { "stretched" };
+        format!("{way} by {:.2} %", 100.0 * stretch.abs())
+    };
     let end = simulation.largest_stretch(0)?;
-    let told = format!(
-        "at the end it is {} by {:.2} % where it is most, whichever way",
-        way(end),
-        100.0 * end.abs()
-    );
     let most = if stretch.abs() > end.abs() { stretch } else { end };
+    let told = match end.abs() < NO_STRETCH {
+        true => "at the end it is neither stretched nor compressed anywhere".to_owned(),
+        false => format!("at the end it is {} where it is most, whichever way", by(end)),
+    };
     notes.push(match simulation.sub_steps() {
         0 => told,
-        _ => format!("{told}, in any frame {} by {:.2} % at most", way(most), 100.0 * most.abs()),
+        _ if most.abs() < NO_STRETCH => format!("{told}, nor in any frame"),
+        _ => format!("{told}, in any frame {} at most", by(most)),
     });
     if let Some(Settled { stable: Some(false), .. }) = settled {
         notes.push(
@@ -233,6 +239,9 @@ fn left(simulation: &Simulation) -> Option<String> {
 /// So many that let go are named in a warning.
 const LEFTS: usize = 4;
 
+/// A stretch that is 0.00 %.
+const NO_STRETCH: f64 = 5e-5;
+
 /// So many places that slide have a line each.
 const ENDS: usize = 20;
 
@@ -285,8 +294,19 @@ fn sides(simulation: &Simulation) -> Result<Vec<String>, OperationError> {
     let mut lines = Vec::new();
     let weighs = simulation.gravity.norm() > 0.0;
     for index in 0..simulation.constraints() {
-        for [behind, ahead] in simulation.side_stretches(index)? {
+        let stretches = simulation.side_stretches(index)?;
+        let several = stretches.len() > 1;
+        for (place, [behind, ahead]) in stretches.into_iter().enumerate() {
             let name = simulation.name_of(index)?;
+            let which = match (several, place) {
+                (false, _) => "",
+                (true, 0) => ", its first place",
+                (true, _) => ", its second place",
+            };
+            if behind.abs().max(ahead.abs()) < NO_STRETCH {
+                lines.push(format!("\"{name}\"{which}: stretched on neither side"));
+                continue;
+            }
             // On a vertex of a polyline, or where it turns within a span, weight is not all that there is.
             let made = simulation.corners().iter().any(|corner| corner.constraint == index);
             let by_weight = match (weighs, made || !simulation.on_corners(index)?.contains(&true)) {
@@ -296,7 +316,7 @@ fn sides(simulation: &Simulation) -> Result<Vec<String>, OperationError> {
             };
             let [behind, ahead] = [behind, ahead].map(|stretch| 100.0 * stretch);
             lines.push(format!(
-                "\"{name}\": on both sides stretched by {behind:.2} % and {ahead:.2} %{by_weight}"
+                "\"{name}\"{which}: on both sides stretched by {behind:.2} % and {ahead:.2} %{by_weight}"
             ));
         }
     }
