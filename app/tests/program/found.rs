@@ -435,3 +435,34 @@ fn an_operation_as_a_command_is_sent_to_recipes() {
         assert!(!error.contains("similar subcommand"), "{error}");
     }
 }
+
+/// An area that is no object's own, across a direction of a curve in space, is told as it was asked; an object's own once.
+#[test]
+fn what_was_asked_is_told() {
+    let bench = LOFTSMAN.bench();
+    bench.write(
+        "c.loft.json",
+        r#"{"loftsman": 1, "unit": "mm", "objects": [{"name": "c", "curve": {"degree": 2, "periodic": true, "knots": [0, 1, 2, 3, 4],
+        "points": [[1, 1, 0.2], [-1, 1, -0.2], [-1, -1, 0.2], [1, -1, -0.2]]}},
+        {"name": "flat", "curve": {"degree": 2, "periodic": true, "knots": [0, 1, 2, 3, 4],
+        "points": [[1, 1, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0]]}}]}"#,
+    );
+    let step = |object: &str, asked: &str| {
+        bench.write(
+            "r.toml",
+            format!(
+                "input = 'c.loft.json'\n[[step]]\nop = 'edit'\nobject = '{object}'\nconstraints = [{asked}]\n"
+            ),
+        );
+        bench.done(&["run", "r.toml"])
+    };
+    // The square of a uniform quadratic: 4 - 4 / 6 of its corners cut off, by hand: each leaves 1/6 of its parallelogram.
+    let own = 4.0 - 4.0 / 6.0;
+    let told = step("c", "{ kind = 'area', normal = [0, 0, 1], scale = 1.1 }");
+    let line = told.lines().find(|line| line.contains("across")).unwrap_or_else(|| panic!("{told}"));
+    assert!(line.contains(&format!("{own:.3} → {:.3} mm² (× 1.1)", 1.1 * own)), "{line}");
+    let told = step("flat", "{ kind = 'area', scale = 1.1 }");
+    assert_eq!(told.matches("→").count(), told.matches("length").count() + 1, "{told}");
+    let told = step("flat", "{ kind = 'magnitude', at = 0.5, scale = 1.5 }");
+    assert!(told.contains("magnitude at 0.5 ") && told.contains("(× 1.5)"), "{told}");
+}

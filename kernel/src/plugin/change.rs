@@ -42,6 +42,18 @@ pub enum ChangeKind {
     Gone,
 }
 
+/// A quantity that a step was asked to change: a number with a unit.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+pub struct AskedQuantity {
+    /// The constraint's name: `area across [0, 0, 1]`.
+    pub name: String,
+    /// The power of length that it has: 1 for a length, 2 for an area, 3 for a volume.
+    pub dimension: u8,
+    /// Its value before and after, in the coordinates in which it was asked.
+    #[serde(flatten)]
+    pub value: Measured,
+}
+
 /// A quantity before and after a step.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Measured {

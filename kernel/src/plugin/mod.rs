@@ -20,7 +20,7 @@ pub use crate::problem::{ConstraintReport, Convergence, Corner, Name, Smoothness
 pub use crate::tessellator::{
     Apart, Chord, Fineness, MovingLine, MovingMesh, Tessellated, TessellatedBrep, Tessellator,
 };
-pub use change::{ChangeKind, Measured, ObjectChange};
+pub use change::{AskedQuantity, ChangeKind, Measured, ObjectChange};
 pub(crate) use constraints::{EVERYWHERE, WISHES};
 pub use constraints::{constraint_from, functional_from};
 pub use format::{

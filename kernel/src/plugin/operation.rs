@@ -1,6 +1,6 @@
 //! What a recipe step runs.
 
-use super::change::ObjectChange;
+use super::change::{AskedQuantity, ObjectChange};
 use super::mark::Mark;
 use super::registry::Registry;
 use super::step::{editable, object_name};
@@ -128,6 +128,9 @@ pub struct StepReport {
     /// What the step changed, object by object; filled in by who runs the step, not by the operation.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub objects: Vec<ObjectChange>,
+    /// Lengths, areas and volumes that it was asked to change, also those that are no object's own (an area across a direction, or of several together).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub asked: Vec<AskedQuantity>,
     /// How many objects it left as they were; filled in by who runs the step.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unchanged: Option<usize>,

@@ -156,6 +156,7 @@ fn run(
     for index in 0..count {
         shapes.push(edited.shape_at(index)?.boxed());
     }
+    report.asked = problem.quantities(&shapes);
     // The last frame is what stays.
     for (frames, shape) in frames.iter_mut().zip(&shapes) {
         if let Some(last) = frames.last_mut() {

@@ -33,6 +33,7 @@ impl Operation for EditOperation {
         let own = problem.own(&solved.shapes);
         let after: Vec<&dyn Shape> = own.iter().map(AsRef::as_ref).collect();
         let mut report = step_report("edit", &problem.names[0], &solved.report, scene.unit);
+        report.asked = problem.quantities(&solved.shapes);
         report.prepare_seconds = Some(solved.prepare_seconds);
         report.event_seconds = Some(solved.event_seconds);
         report.notes.extend(problem.frames.note());

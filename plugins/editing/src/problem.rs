@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::brep::Moving;
-use loftsman_kernel::edit::{Constraint, Edit, Metric, Report, pick};
+use loftsman_kernel::edit::{Constraint, Edit, Metric, Report, Wanted, pick};
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{Functional, Shapes, value_of};
 use loftsman_kernel::plugin::{
-    ConstraintReport, Context, Field, Frames, Mark, MarkKind, OperationError, ParameterError, Parameters,
-    SceneShapes, SeenShapes, Spot, StepReport, ask_once, constraint_from, editable, functional_from, nearest,
-    object_name,
+    AskedQuantity, ConstraintReport, Context, Field, Frames, Mark, MarkKind, Measured, OperationError,
+    ParameterError, Parameters, SceneShapes, SeenShapes, Spot, StepReport, ask_once, constraint_from,
+    editable, functional_from, nearest, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene, Unit};
 use loftsman_kernel::shape::{Location, Shape, vertex_index};
@@ -205,6 +205,29 @@ impl Problem {
     pub(crate) fn own(&self, shapes: &[Box<dyn Shape>]) -> Vec<Box<dyn Shape>> {
         let each = shapes.iter().enumerate();
         each.map(|(index, shape)| self.frames.own_shape(index, shape.as_ref())).collect()
+    }
+
+    /// The lengths, areas and volumes that it changes, before and `after` (in the frame of the problem). What cannot be told, as where a location floated, is left
+    /// out. Costs two evaluations of each.
+    pub(crate) fn quantities(&self, after: &[Box<dyn Shape>]) -> Vec<AskedQuantity> {
+        let asked = self.constraints.iter().filter_map(|constraint| {
+            let functional = constraint.functional();
+            let dimension = functional.dimension().filter(|power| (1..=3).contains(power))?;
+            if functional.equations() != 1 || matches!(constraint.wanted(), Wanted::Keep | Wanted::Hold) {
+                return None;
+            }
+            let of = |shapes: &[Box<dyn Shape>]| -> Option<f64> {
+                let shapes = Shapes::new(shapes.iter().map(AsRef::as_ref));
+                // What it takes from the shape at the start it has from that.
+                let bound = functional.bind(&Shapes::new(self.shapes.iter().map(AsRef::as_ref))).ok()?;
+                let mut value = [0.0];
+                value_of(bound.as_deref().unwrap_or(functional.as_ref()), &shapes, &mut value).ok()?;
+                value[0].is_finite().then_some(value[0])
+            };
+            let value = Measured { before: Some(of(&self.shapes)?), after: Some(of(after)?) };
+            Some(AskedQuantity { name: constraint.describe(), dimension, value })
+        });
+        asked.collect()
     }
 
     /// What a picture of the edit should mark, locations that floated where they came to rest. `after` are in their objects' own

@@ -26,7 +26,7 @@ pub(super) fn change(change: &ObjectChange, unit: Unit) -> String {
 }
 
 /// A quantity before and after.
-fn pair(name: &str, measured: Measured, unit: Unit, power: usize) -> Option<String> {
+pub(super) fn pair(name: &str, measured: Measured, unit: Unit, power: usize) -> Option<String> {
     let one = |number: f64| format!("{name} {}", quantity(number, unit, power));
     Some(match (measured.before, measured.after) {
         (None, None) => return None,

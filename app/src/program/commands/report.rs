@@ -4,7 +4,9 @@ use std::fmt::Write;
 
 use crate::file::input::left_out;
 use crate::recipe::{InputReport, OutputReport, RunReport};
-use loftsman_kernel::plugin::{ChangeKind, Fate, ObjectChange, ReadReport, StepReport, Written};
+use loftsman_kernel::plugin::{
+    AskedQuantity, ChangeKind, Fate, ObjectChange, ReadReport, StepReport, Written,
+};
 use loftsman_kernel::scene::Unit;
 
 use super::measures;
@@ -83,6 +85,10 @@ fn step(step: &StepReport, unit: Unit, timed: bool) -> String {
     if others.len() > OBJECTS {
         let _ = writeln!(text, "  … and {} more", others.len() - OBJECTS);
     }
+    for asked in step.asked.iter().filter(|asked| !is_told(asked, step)) {
+        let told = measures::pair(&asked.name, asked.value, unit, usize::from(asked.dimension));
+        let _ = told.map(|told| writeln!(text, "  {told}"));
+    }
     if let Some(count) = step.unchanged.filter(|&count| count > 0) {
         let _ = writeln!(text, "  {}", styled(DIM, &format!("{} as before", self::count(count, "object"))));
     }
@@ -111,6 +117,25 @@ fn step(step: &StepReport, unit: Unit, timed: bool) -> String {
     }
     text
 }
+
+/// Whether what was asked is an object's own area, length or volume, which its line tells.
+fn is_told(asked: &AskedQuantity, step: &StepReport) -> bool {
+    let own = |change: &ObjectChange| match asked.dimension {
+        1 => change.length,
+        2 => change.area,
+        _ => change.volume,
+    };
+    let alike = |a: Option<f64>, b: Option<f64>| {
+        a.zip(b).is_some_and(|(a, b)| (a.abs() - b.abs()).abs() <= AS_TOLD * a.abs())
+    };
+    step.objects
+        .iter()
+        .map(own)
+        .any(|told| alike(asked.value.after, told.after) && alike(asked.value.before, told.before))
+}
+
+/// Two figures that differ by less than this part of them are one, by whatever rule each was summed up.
+const AS_TOLD: f64 = 1e-6;
 
 /// What became of an object, in the user's quantities.
 fn changed(change: &ObjectChange, unit: Unit) -> String {
