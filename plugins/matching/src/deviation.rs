@@ -109,10 +109,20 @@ impl Deviation {
         }
     }
 
-    /// Whether a surface lies folded back on the other one along most of the edge.
+    /// Whether a surface stands back over the other one along most of the edge: at less than a right angle to it.
     pub(crate) fn folded(profile: &[(f64, Self)]) -> bool {
-        let back = profile.iter().filter(|(_, one)| one.angle > std::f64::consts::FRAC_PI_2).count();
-        2 * back > profile.len()
+        Self::mostly_beyond(profile, std::f64::consts::FRAC_PI_2)
+    }
+
+    /// Whether a surface lies on the other one, folded back, along most of the edge: where the angle between the two is less than what counts as one
+    /// tangent plane ([`Limits::angle`], and no more than by default). On which side it lies nothing tells then, so that it can be bent round on neither;
+    /// at a larger angle its own side is the one that it is bent round on.
+    pub(crate) fn lies_on(profile: &[(f64, Self)], limits: &Limits) -> bool {
+        Self::mostly_beyond(profile, std::f64::consts::PI - limits.angle.min(Limits::default().angle))
+    }
+
+    fn mostly_beyond(profile: &[(f64, Self)], angle: f64) -> bool {
+        2 * profile.iter().filter(|(_, one)| one.angle > angle).count() > profile.len()
     }
 
     /// The larger of each.

@@ -95,8 +95,8 @@ struct Bound {
     flat: bool,
     /// Places of the edges that are no further apart are at one another.
     apart: f64,
-    /// Whether the surface lay folded back on the other one when this was bound.
-    folded: bool,
+    /// Whether the surface stood at less than a right angle over the other one when this was bound, and whether it lay on it.
+    folded: [bool; 2],
     /// How many times as fast as the other surface's lines across arrive at the edge those of this one leave it, where that is asked.
     lead: Option<f64>,
 }
@@ -274,13 +274,16 @@ impl Matching {
             square,
             flat,
             apart,
-            folded: false,
+            folded: [false; 2],
             lead: None,
         };
         if self.led {
             bound.lead = lead(shapes.get(self.on.shape)?, &bound.contacts)?;
         }
-        bound.folded = self.continuity > 0 && Deviation::folded(&self.deviations(shapes, &bound)?);
+        if self.continuity > 0 {
+            let profile = self.deviations(shapes, &bound)?;
+            bound.folded = [Deviation::folded(&profile), Deviation::lies_on(&profile, limits)];
+        }
         Ok(Arc::new(bound))
     }
 
@@ -391,9 +394,16 @@ impl Functional for Matching {
         let profile = self.deviations(shapes, &bound)?;
         let (worst, count) = (Deviation::worst(&profile), bound.contacts.len().max(bound.rows.len()));
         let is_surface = (shapes.get(self.on.shape)? as &dyn std::any::Any).is::<Surface>();
-        let remedy = if self.continuity > 0 && bound.folded {
+        let folds = self.continuity > 0 && Deviation::folded(&profile);
+        let remedy = if folds && bound.folded[1] {
             "one surface lies folded back on the other: turn it round, or ask for continuity 0".to_owned()
-        } else if self.continuity > 0 && Deviation::folded(&profile) {
+        } else if folds && bound.folded[0] {
+            let operation = if is_surface { ", use the operation `match`, which bends it round" } else { "" };
+            format!(
+                "it stands at less than a right angle over the other, and brought there it would fold back on it: turn it round{operation}, or ask for \
+                 continuity 0"
+            )
+        } else if folds {
             "brought there it would fold back on the other, which it does not now: bring it nearer first, let more of it move, or \
              ask for continuity 0"
                 .to_owned()

@@ -263,13 +263,13 @@ impl Asked {
             size,
             distance,
             before: Deviation::worst(&profile).without_rounding(size),
-            was_folded: Deviation::folded(&profile),
+            lay_on: self.continuity > 0 && Deviation::lies_on(&profile, &limits),
         };
-        if case.was_folded && self.continuity > 1 {
-            // With tangent planes alone, by linear equations, it lies there still, if it does with curvature, which costs many times as much.
+        if Deviation::folded(&profile) && self.continuity > 1 && !self.led {
+            // With tangent planes alone, by linear equations, it is there still, if it is with curvature, which costs many times as much.
             let planes = Self { continuity: 1, ..self.clone() };
             if let Ok(Err(refused)) = planes.attempt(surface, other, context, work)
-                && refused.why == Why::WasFolded
+                && matches!(refused.why, Why::LayOn | Why::Folds)
             {
                 return Ok(Err(refused));
             }
@@ -491,8 +491,8 @@ impl Asked {
             || !self.refine
         {
             let back = |(_, one): &(f64, Deviation)| one.angle > std::f64::consts::FRAC_PI_2;
-            return Ok(Err(if case.was_folded && self.continuity > 0 {
-                Why::WasFolded
+            return Ok(Err(if case.lay_on && folded {
+                Why::LayOn
             } else if folded {
                 Why::Folds
             } else if self.continuity > 0 && profile.iter().any(back) {
@@ -527,8 +527,8 @@ struct Case<'a> {
     /// The allowed distance.
     distance: f64,
     before: Deviation,
-    /// Whether the surface lay folded back on the other before.
-    was_folded: bool,
+    /// Whether the surface lay on the other, folded back, before.
+    lay_on: bool,
 }
 
 /// Control vertices along the edge of all surfaces that were tried, and how many there may be.
