@@ -40,11 +40,11 @@ impl Default for Limits {
 }
 
 /// How far two surfaces are from one another along an edge: the largest of each, looked for at places all along it, its ends and both sides of its knots among
-/// them, and between these where it is largest. Angles and curvatures are
-/// compared with the other surface both beside the place, by the parameters, and where its edge is nearest to it.
+/// them, and between these where it is largest. Distances are those of edges, however their parameters run: from a place of each to the nearest place of the
+/// other, near to where parameters match, so that no distance is told too small. Angles and curvatures are compared where the other edge is nearest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Deviation {
-    /// The largest distance between the edges, place by place.
+    /// The largest distance of a place of either edge from the other edge.
     pub distance: f64,
     /// The largest angle between the surfaces, in radians: 0 where they are smooth, π where they are folded.
     pub angle: f64,

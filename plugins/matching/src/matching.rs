@@ -193,12 +193,11 @@ impl Matching {
         near: &Near<'_>,
         place: &Place,
     ) -> Result<Deviation> {
-        let at = shapes.get(self.on.shape)?.value(place.contact.at, Derivative::POSITION)?;
-        let found = near.measure(shapes, place, &Point::from(at))?;
-        let curvature = found.curvature.abs();
+        let found = near.measure(shapes, place)?;
+        let curvature = found.measured.curvature.abs();
         Ok(Deviation {
-            distance: (at - place.point.coords).norm(),
-            angle: found.angle,
+            distance: found.apart.norm(),
+            angle: found.measured.angle,
             curvature,
             part: curvature / bound.curvature,
             square: if curvature > 0.0 { curvature / bound.square } else { 0.0 },
@@ -206,10 +205,11 @@ impl Matching {
         })
     }
 
-    /// What finds the place of the other edge that is nearest to one of this.
+    /// What finds the places of the edges that are nearest to one another.
     fn near<'a>(&self, shapes: &Shapes<'a>, bound: &Bound) -> Result<Near<'a>> {
         let there = edge_of(shapes, &self.other, self.other_edge, &self.describe())?;
-        Ok(Near::new(shapes.get(self.other.shape)?, there, self.on.shape, bound.apart))
+        let own = edge_of(shapes, &self.on, self.edge, &self.describe())?;
+        Near::new(shapes.get(self.other.shape)?, there, self.on.shape, own, bound.apart)
     }
 
     fn fail<T>(&self, problem: &str) -> Result<T> {
@@ -526,12 +526,11 @@ impl Functional for Between {
     }
 
     fn value(&self, shapes: &Shapes<'_>, out: &mut [f64]) -> Result<()> {
-        let (bound, on) = (self.bound()?, self.of.on.shape);
-        let (shape, near) = (shapes.get(on)?, self.of.near(shapes, bound)?);
+        let bound = self.bound()?;
+        let near = self.of.near(shapes, bound)?;
         for (place, out) in bound.between.iter().zip(out.chunks_exact_mut(3 + self.of.continuity)) {
-            let at = shape.value(place.contact.at, Derivative::POSITION)?;
-            let apart = at - place.point.coords;
-            let (found, limits) = (near.measure(shapes, place, &Point::from(at))?, &self.of.limits);
+            let (found, limits) = (near.measure(shapes, place)?, &self.of.limits);
+            let (apart, found) = (found.apart, found.measured);
             // The planes may differ along the edge as well, where positions do: what counts is the whole angle, and each
             // surface's own curvature.
             let angle = found.angle / limits.angle * bound.distance;

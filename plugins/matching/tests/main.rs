@@ -1,5 +1,6 @@
 //! The tests of this crate, as one program.
 
+mod apart;
 mod bends;
 mod edges;
 mod golden;
