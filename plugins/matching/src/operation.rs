@@ -4,6 +4,7 @@ mod changed;
 mod made;
 mod remedy;
 mod seam;
+mod turned;
 mod ways;
 
 use std::any::Any;

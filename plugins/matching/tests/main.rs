@@ -5,4 +5,5 @@ mod bends;
 mod edges;
 mod golden;
 mod operation;
+mod turned;
 mod whole;
