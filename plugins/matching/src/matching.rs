@@ -13,7 +13,7 @@ use loftsman_kernel::text::{figure, measured};
 use loftsman_kernel::topology::EdgeCurve;
 use loftsman_kernel::{Point, Vector};
 
-use crate::beside::{Askew, Beside, Track, edge_of};
+use crate::beside::{Askew, Begun, Beside, Track, edge_of};
 use crate::contact::{Contact, Frame, Partials};
 use crate::deviation::{Deviation, Limits};
 use crate::edge_on::{OBJECT, named, rows, tolerance, unbound};
@@ -51,6 +51,8 @@ pub struct Matching {
     free: bool,
     /// Whether the lines across leave the edge as fast as those of the other surface arrive there, but for one factor all along the edge.
     led: bool,
+    /// The way and the start, where they are known.
+    begun: Option<Begun>,
     bound: Option<Arc<Bound>>,
 }
 
@@ -71,6 +73,7 @@ pub fn matching(
         limits,
         free: false,
         led: false,
+        begun: None,
         bound: None,
     }
 }
@@ -120,6 +123,13 @@ impl Matching {
     #[must_use]
     pub(crate) fn free(mut self, free: bool) -> Self {
         self.free = free;
+        self
+    }
+
+    /// The same, the way and the start being those that were found before knots were inserted.
+    #[must_use]
+    pub(crate) fn begun(mut self, begun: Begun) -> Self {
+        self.begun = Some(begun);
         self
     }
 
@@ -238,7 +248,10 @@ impl Matching {
         }
         let edge = edge_of(shapes, &self.on, self.edge, &what)?;
         let size = edge.spread().max(there.spread());
-        let beside = Beside::new(edge, &there.curve, limits.distance.is_none() || !self.free)?;
+        let beside = match self.begun {
+            Some(begun) => Beside::begun(edge, &there.curve, begun)?,
+            None => Beside::new(edge, &there.curve, limits.distance.is_none() || !self.free)?,
+        };
         let (rows, exact) = rows(&beside, shapes, &self.on, limits.distance, &what)?;
         let step = self.step(shapes)?;
         let contact = |t: f64| -> Result<Contact> {
@@ -643,6 +656,7 @@ impl DeclaredFunctional for Matching {
             limits: limits(p, continuity)?,
             free: false,
             led: false,
+            begun: None,
             bound: None,
         })
     }

@@ -2,6 +2,7 @@
 
 mod apart;
 mod bends;
+mod corners;
 mod edges;
 mod golden;
 mod operation;
