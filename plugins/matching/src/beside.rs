@@ -57,6 +57,13 @@ pub(crate) struct Askew {
     pub(crate) seam: bool,
 }
 
+/// The way and the start that were found of a curve beside an edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Begun {
+    track: Track,
+    askew: Option<Askew>,
+}
+
 /// How a curve's own parameters go along with the edge's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Track {
@@ -115,6 +122,20 @@ impl Beside {
             (straight(&edge.curve, curve)?, None)
         };
         Ok(Self { askew, ..Self::along(edge, curve, track)? })
+    }
+
+    /// The same as it was found of this edge or of one that has more knots: to the last bit, where ways or starts that are equally near would be told apart by
+    /// rounding, and knots that were put where the curve has some go on lying there.
+    ///
+    /// # Errors
+    /// When numbers overflow.
+    pub(crate) fn begun(edge: EdgeCurve, curve: &Curve, begun: Begun) -> Result<Self> {
+        Ok(Self { askew: begun.askew, ..Self::along(edge, curve, begun.track)? })
+    }
+
+    /// How it was found to run and to begin.
+    pub(crate) fn begins(&self) -> Begun {
+        Begun { track: self.track, askew: self.askew }
     }
 
     /// The same, the way and the start being known.

@@ -40,11 +40,11 @@ impl Default for Limits {
 }
 
 /// How far two surfaces are from one another along an edge: the largest of each, looked for at places all along it, its ends and both sides of its knots among
-/// them, and between these where it is largest. Angles and curvatures are
-/// compared with the other surface both beside the place, by the parameters, and where its edge is nearest to it.
+/// them, and between these where it is largest. Distances are those of edges, however their parameters run: from a place of each to the nearest place of the
+/// other, near to where parameters match, so that no distance is told too small. Angles and curvatures are compared where the other edge is nearest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Deviation {
-    /// The largest distance between the edges, place by place.
+    /// The largest distance of a place of either edge from the other edge.
     pub distance: f64,
     /// The largest angle between the surfaces, in radians: 0 where they are smooth, π where they are folded.
     pub angle: f64,
@@ -109,10 +109,20 @@ impl Deviation {
         }
     }
 
-    /// Whether a surface lies folded back on the other one along most of the edge.
+    /// Whether a surface stands back over the other one along most of the edge: at less than a right angle to it.
     pub(crate) fn folded(profile: &[(f64, Self)]) -> bool {
-        let back = profile.iter().filter(|(_, one)| one.angle > std::f64::consts::FRAC_PI_2).count();
-        2 * back > profile.len()
+        Self::mostly_beyond(profile, std::f64::consts::FRAC_PI_2)
+    }
+
+    /// Whether a surface lies on the other one, folded back, along most of the edge: where the angle between the two is less than what counts as one
+    /// tangent plane ([`Limits::angle`], and no more than by default). On which side it lies nothing tells then, so that it can be bent round on neither;
+    /// at a larger angle its own side is the one that it is bent round on.
+    pub(crate) fn lies_on(profile: &[(f64, Self)], limits: &Limits) -> bool {
+        Self::mostly_beyond(profile, std::f64::consts::PI - limits.angle.min(Limits::default().angle))
+    }
+
+    fn mostly_beyond(profile: &[(f64, Self)], angle: f64) -> bool {
+        2 * profile.iter().filter(|(_, one)| one.angle > angle).count() > profile.len()
     }
 
     /// The larger of each.

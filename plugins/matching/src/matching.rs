@@ -13,7 +13,7 @@ use loftsman_kernel::text::{figure, measured};
 use loftsman_kernel::topology::EdgeCurve;
 use loftsman_kernel::{Point, Vector};
 
-use crate::beside::{Askew, Beside, Track, edge_of};
+use crate::beside::{Askew, Begun, Beside, Track, edge_of};
 use crate::contact::{Contact, Frame, Partials};
 use crate::deviation::{Deviation, Limits};
 use crate::edge_on::{OBJECT, named, rows, tolerance, unbound};
@@ -51,6 +51,8 @@ pub struct Matching {
     free: bool,
     /// Whether the lines across leave the edge as fast as those of the other surface arrive there, but for one factor all along the edge.
     led: bool,
+    /// The way and the start, where they are known.
+    begun: Option<Begun>,
     bound: Option<Arc<Bound>>,
 }
 
@@ -71,6 +73,7 @@ pub fn matching(
         limits,
         free: false,
         led: false,
+        begun: None,
         bound: None,
     }
 }
@@ -95,8 +98,8 @@ struct Bound {
     flat: bool,
     /// Places of the edges that are no further apart are at one another.
     apart: f64,
-    /// Whether the surface lay folded back on the other one when this was bound.
-    folded: bool,
+    /// Whether the surface stood at less than a right angle over the other one when this was bound, and whether it lay on it.
+    folded: [bool; 2],
     /// How many times as fast as the other surface's lines across arrive at the edge those of this one leave it, where that is asked.
     lead: Option<f64>,
 }
@@ -120,6 +123,13 @@ impl Matching {
     #[must_use]
     pub(crate) fn free(mut self, free: bool) -> Self {
         self.free = free;
+        self
+    }
+
+    /// The same, the way and the start being those that were found before knots were inserted.
+    #[must_use]
+    pub(crate) fn begun(mut self, begun: Begun) -> Self {
+        self.begun = Some(begun);
         self
     }
 
@@ -193,12 +203,11 @@ impl Matching {
         near: &Near<'_>,
         place: &Place,
     ) -> Result<Deviation> {
-        let at = shapes.get(self.on.shape)?.value(place.contact.at, Derivative::POSITION)?;
-        let found = near.measure(shapes, place, &Point::from(at))?;
-        let curvature = found.curvature.abs();
+        let found = near.measure(shapes, place)?;
+        let curvature = found.measured.curvature.abs();
         Ok(Deviation {
-            distance: (at - place.point.coords).norm(),
-            angle: found.angle,
+            distance: found.apart.norm(),
+            angle: found.measured.angle,
             curvature,
             part: curvature / bound.curvature,
             square: if curvature > 0.0 { curvature / bound.square } else { 0.0 },
@@ -206,10 +215,11 @@ impl Matching {
         })
     }
 
-    /// What finds the place of the other edge that is nearest to one of this.
+    /// What finds the places of the edges that are nearest to one another.
     fn near<'a>(&self, shapes: &Shapes<'a>, bound: &Bound) -> Result<Near<'a>> {
         let there = edge_of(shapes, &self.other, self.other_edge, &self.describe())?;
-        Ok(Near::new(shapes.get(self.other.shape)?, there, self.on.shape, bound.apart))
+        let own = edge_of(shapes, &self.on, self.edge, &self.describe())?;
+        Near::new(shapes.get(self.other.shape)?, there, self.on.shape, own, bound.apart)
     }
 
     fn fail<T>(&self, problem: &str) -> Result<T> {
@@ -238,7 +248,10 @@ impl Matching {
         }
         let edge = edge_of(shapes, &self.on, self.edge, &what)?;
         let size = edge.spread().max(there.spread());
-        let beside = Beside::new(edge, &there.curve, limits.distance.is_none() || !self.free)?;
+        let beside = match self.begun {
+            Some(begun) => Beside::begun(edge, &there.curve, begun)?,
+            None => Beside::new(edge, &there.curve, limits.distance.is_none() || !self.free)?,
+        };
         let (rows, exact) = rows(&beside, shapes, &self.on, limits.distance, &what)?;
         let step = self.step(shapes)?;
         let contact = |t: f64| -> Result<Contact> {
@@ -274,13 +287,16 @@ impl Matching {
             square,
             flat,
             apart,
-            folded: false,
+            folded: [false; 2],
             lead: None,
         };
         if self.led {
             bound.lead = lead(shapes.get(self.on.shape)?, &bound.contacts)?;
         }
-        bound.folded = self.continuity > 0 && Deviation::folded(&self.deviations(shapes, &bound)?);
+        if self.continuity > 0 {
+            let profile = self.deviations(shapes, &bound)?;
+            bound.folded = [Deviation::folded(&profile), Deviation::lies_on(&profile, limits)];
+        }
         Ok(Arc::new(bound))
     }
 
@@ -391,9 +407,16 @@ impl Functional for Matching {
         let profile = self.deviations(shapes, &bound)?;
         let (worst, count) = (Deviation::worst(&profile), bound.contacts.len().max(bound.rows.len()));
         let is_surface = (shapes.get(self.on.shape)? as &dyn std::any::Any).is::<Surface>();
-        let remedy = if self.continuity > 0 && bound.folded {
+        let folds = self.continuity > 0 && Deviation::folded(&profile);
+        let remedy = if folds && bound.folded[1] {
             "one surface lies folded back on the other: turn it round, or ask for continuity 0".to_owned()
-        } else if self.continuity > 0 && Deviation::folded(&profile) {
+        } else if folds && bound.folded[0] {
+            let operation = if is_surface { ", use the operation `match`, which bends it round" } else { "" };
+            format!(
+                "it stands at less than a right angle over the other, and brought there it would fold back on it: turn it round{operation}, or ask for \
+                 continuity 0"
+            )
+        } else if folds {
             "brought there it would fold back on the other, which it does not now: bring it nearer first, let more of it move, or \
              ask for continuity 0"
                 .to_owned()
@@ -516,12 +539,11 @@ impl Functional for Between {
     }
 
     fn value(&self, shapes: &Shapes<'_>, out: &mut [f64]) -> Result<()> {
-        let (bound, on) = (self.bound()?, self.of.on.shape);
-        let (shape, near) = (shapes.get(on)?, self.of.near(shapes, bound)?);
+        let bound = self.bound()?;
+        let near = self.of.near(shapes, bound)?;
         for (place, out) in bound.between.iter().zip(out.chunks_exact_mut(3 + self.of.continuity)) {
-            let at = shape.value(place.contact.at, Derivative::POSITION)?;
-            let apart = at - place.point.coords;
-            let (found, limits) = (near.measure(shapes, place, &Point::from(at))?, &self.of.limits);
+            let (found, limits) = (near.measure(shapes, place)?, &self.of.limits);
+            let (apart, found) = (found.apart, found.measured);
             // The planes may differ along the edge as well, where positions do: what counts is the whole angle, and each
             // surface's own curvature.
             let angle = found.angle / limits.angle * bound.distance;
@@ -634,6 +656,7 @@ impl DeclaredFunctional for Matching {
             limits: limits(p, continuity)?,
             free: false,
             led: false,
+            begun: None,
             bound: None,
         })
     }

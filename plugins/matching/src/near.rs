@@ -1,16 +1,13 @@
-//! Where the edge that stands still is nearest to a place of the edge that moves.
+//! How far two edges are from one another at a place, and how the surfaces lie there: by the places that are nearest, not by parameters.
 
-use loftsman_kernel::Point;
 use loftsman_kernel::error::Result;
 use loftsman_kernel::functional::Shapes;
-use loftsman_kernel::shape::Shape;
-use loftsman_kernel::spline::Curve;
+use loftsman_kernel::shape::{Derivative, Shape};
 use loftsman_kernel::topology::EdgeCurve;
+use loftsman_kernel::{Point, Vector};
 
 use crate::contact::{Contact, Frame, Measured};
-
-/// The most steps to a nearest place, and halvings of one.
-const STEPS: usize = 12;
+use crate::foot::Foot;
 
 /// A place between those where anything is imposed.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,80 +20,63 @@ pub(crate) struct Place {
     pub(crate) contact: Contact,
 }
 
-/// The edge that stands still, for the places of it that are nearest.
+/// Both edges as they are, for the places of them that are nearest to one another.
 pub(crate) struct Near<'a> {
     other: &'a dyn Shape,
-    there: EdgeCurve,
+    there: Foot,
     /// The shape that moves.
     on: usize,
+    own: Foot,
+    /// The edge that stands still, for its places.
+    edge: EdgeCurve,
     /// Places of the edges that are no further apart are at one another.
     apart: f64,
 }
 
+/// What lies where.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Found {
+    /// From the edge that stands still to the one that moves: of the ways from a place of each to the nearest one of the other, the longer.
+    pub(crate) apart: Vector,
+    pub(crate) measured: Measured,
+}
+
 impl<'a> Near<'a> {
-    pub(crate) fn new(other: &'a dyn Shape, there: EdgeCurve, on: usize, apart: f64) -> Self {
-        Self { other, there, on, apart }
+    /// Of the edge `there` of the surface `other`, and of shape `on`'s edge `own`.
+    ///
+    /// # Errors
+    /// When numbers overflow.
+    pub(crate) fn new(
+        other: &'a dyn Shape,
+        there: EdgeCurve,
+        on: usize,
+        own: EdgeCurve,
+        apart: f64,
+    ) -> Result<Self> {
+        let edge = there.clone();
+        Ok(Self { other, there: Foot::new(there.curve)?, on, own: Foot::new(own.curve)?, edge, apart })
     }
 
-    /// The worse of how the surface lies to the other one beside a place, by the parameters, and where that one's edge is nearest to it.
+    /// How far the edges are apart at a place of both: the place of each that is nearest to that of the other (a descent from there: no
+    /// nearer one is beside it), and how the surface lies to the other one where that is.
+    ///
     /// # Errors
     /// As for [`Shape::stencil`].
-    pub(crate) fn measure(&self, shapes: &Shapes<'_>, place: &Place, at: &Point) -> Result<Measured> {
+    pub(crate) fn measure(&self, shapes: &Shapes<'_>, place: &Place) -> Result<Found> {
         let shape = shapes.get(self.on)?;
-        let found = place.contact.measure(shape)?;
-        if (at - place.point).norm() <= self.apart {
-            return Ok(found);
+        let at = Point::from(shape.value(place.contact.at, Derivative::POSITION)?);
+        let apart = at - place.point;
+        if apart.norm() <= self.apart {
+            return Ok(Found { apart, measured: place.contact.measure(shape)? });
         }
-        let u = foot(&self.there.curve, place.u, at)?;
-        // A pole that is nearer tells nothing.
-        let Ok(frame) = Frame::new(self.other, &self.there.edge, u) else { return Ok(found) };
-        let near = place.contact.beside(frame).measure(shape)?;
-        let worse = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
-        Ok(Measured {
-            angle: found.angle.max(near.angle),
-            curvature: worse(found.curvature, near.curvature),
-            ..found
-        })
-    }
-}
-
-/// The parameter of a curve near to `u` where it is nearest to a point: steps along its tangent, each shortened until it comes nearer.
-fn foot(curve: &Curve, mut u: f64, point: &Point) -> Result<f64> {
-    let (a, b) = curve.domain();
-    let mut from = curve.point(u)? - point;
-    for _ in 0..STEPS {
-        let tangent = curve.derivative(u, 1)?;
-        let step = from.dot(&tangent) / tangent.norm_squared();
-        let nearer = (0..STEPS as i32).find_map(|half| {
-            let next = (u - step * 0.5_f64.powi(half)).clamp(a, b);
-            let now = curve.point(next).ok()? - point;
-            (now.norm() < from.norm()).then_some((next, now))
-        });
-        let Some((next, now)) = nearer else { break };
-        let done = (next - u).abs() <= 1e-9 * (b - a);
-        (u, from) = (next, now);
-        if done {
-            break;
-        }
-    }
-    Ok(u)
-}
-
-#[cfg(test)]
-mod tests {
-    use loftsman_kernel::Vector;
-
-    use super::*;
-
-    #[test]
-    fn the_foot_of_a_circle_is_on_the_ray_to_its_middle() {
-        let circle = Curve::circle(Point::origin(), Vector::z(), 2.0).unwrap();
-        for degrees in [3.0_f64, 50.0, 130.0, 275.0] {
-            let (s, c) = degrees.to_radians().sin_cos();
-            let near = (degrees + 20.0).to_radians().min(6.2);
-            let at = foot(&circle, near, &Point::new(2.3 * c, 2.3 * s, 0.4)).unwrap();
-            let found = circle.point(at).unwrap();
-            assert!((found - Point::new(2.0 * c, 2.0 * s, 0.0)).norm() < 1e-7, "{degrees}: {found}");
-        }
+        let (u, here) = self.there.of(place.u, &at)?;
+        let (_, back) = self.own.of(place.t, &place.point)?;
+        let apart = if back.norm() > here.norm() { back } else { -here };
+        let measured = match Frame::new(self.other, &self.edge.edge, u) {
+            Ok(frame) => place.contact.beside(frame).measure(shape)?,
+            // A pole that is nearer tells nothing.
+            Err(_) => place.contact.measure(shape)?,
+        };
+        Ok(Found { apart, measured })
     }
 }

@@ -4,6 +4,7 @@ mod changed;
 mod made;
 mod remedy;
 mod seam;
+mod turned;
 mod ways;
 
 use std::any::Any;
@@ -22,7 +23,7 @@ use loftsman_kernel::spline::{Direction, Space, Surface};
 use loftsman_kernel::text::{a, figure, short};
 use loftsman_kernel::topology::EdgeCurve;
 
-use crate::beside::{Beside, edge_of};
+use crate::beside::{Begun, Beside, edge_of};
 use crate::deviation::{Deviation, Limits};
 use crate::history::{Attempt, History, Stuck};
 use crate::matching::{CONTINUITY, EDGE, LIMITS, Matching, WITH, continuity, limits, matching, other};
@@ -254,22 +255,24 @@ impl Asked {
         let distance = self.limits.distance.unwrap_or(TOLERANCE * size);
         let limits = Limits { distance: Some(distance), ..self.limits };
         let along = if edge.edge.along_u { Direction::U } else { Direction::V };
-        let profile = self.matching(limits).profile(&shapes)?;
+        let begun = Beside::new(edge.clone(), &there.curve, !self.free)?.begins();
+        let profile = self.matching(limits).begun(begun).profile(&shapes)?;
         let case = Case {
             surface,
             other,
             along,
             at_end: edge.edge.at_end,
+            begun,
             size,
             distance,
             before: Deviation::worst(&profile).without_rounding(size),
-            was_folded: Deviation::folded(&profile),
+            lay_on: self.continuity > 0 && Deviation::lies_on(&profile, &limits),
         };
-        if case.was_folded && self.continuity > 1 {
-            // With tangent planes alone, by linear equations, it lies there still, if it does with curvature, which costs many times as much.
+        if Deviation::folded(&profile) && self.continuity > 1 && !self.led {
+            // With tangent planes alone, by linear equations, it is there still, if it is with curvature, which costs many times as much.
             let planes = Self { continuity: 1, ..self.clone() };
             if let Ok(Err(refused)) = planes.attempt(surface, other, context, work)
-                && refused.why == Why::WasFolded
+                && matches!(refused.why, Why::LayOn | Why::Folds)
             {
                 return Ok(Err(refused));
             }
@@ -278,7 +281,7 @@ impl Asked {
         if !self.refine {
             return self.from(start, usize::MAX, &case, context, work);
         }
-        let (refined, exact) = as_the_other(&start, along, edge, &there, self.free)?
+        let (refined, exact) = as_the_other(&start, along, edge, &there, begun)?
             .map_or((None, false), |found| (Some(found.0), found.1));
         match refined {
             None => self.from(start, usize::MAX, &case, context, work),
@@ -332,7 +335,8 @@ impl Asked {
             }
             work.done += count;
             context.observer.proceed(work.called, count as u64, most as u64)?;
-            let asked = self.matching(lax).bound_to(&Shapes::new([&start as &dyn Shape, other]))?;
+            let asked =
+                self.matching(lax).begun(case.begun).bound_to(&Shapes::new([&start as &dyn Shape, other]))?;
             let edit = |kept: Kept| -> Result<_, OperationError> {
                 let still = 0..other.control_vertices().len() as i64;
                 let mut edit =
@@ -491,8 +495,8 @@ impl Asked {
             || !self.refine
         {
             let back = |(_, one): &(f64, Deviation)| one.angle > std::f64::consts::FRAC_PI_2;
-            return Ok(Err(if case.was_folded && self.continuity > 0 {
-                Why::WasFolded
+            return Ok(Err(if case.lay_on && folded {
+                Why::LayOn
             } else if folded {
                 Why::Folds
             } else if self.continuity > 0 && profile.iter().any(back) {
@@ -522,13 +526,15 @@ struct Case<'a> {
     along: Direction,
     /// Whether the edge is where the parameter across ends.
     at_end: bool,
+    /// How the other edge runs beside this one, and where it begins.
+    begun: Begun,
     /// The larger edge's size.
     size: f64,
     /// The allowed distance.
     distance: f64,
     before: Deviation,
-    /// Whether the surface lay folded back on the other before.
-    was_folded: bool,
+    /// Whether the surface lay on the other, folded back, before.
+    lay_on: bool,
 }
 
 /// Control vertices along the edge of all surfaces that were tried, and how many there may be.
@@ -572,9 +578,9 @@ fn as_the_other(
     along: Direction,
     edge: EdgeCurve,
     there: &EdgeCurve,
-    free: bool,
+    begun: Begun,
 ) -> Result<Option<(Surface, bool)>, Error> {
-    let beside = Beside::new(edge, &there.curve, !free)?;
+    let beside = Beside::begun(edge, &there.curve, begun)?;
     if beside.exactly()?.is_ok() {
         return Ok(None);
     }
@@ -591,7 +597,7 @@ fn as_the_other(
     let shape = shapes[0];
     let number = loftsman_kernel::shape::edges_of(shape, "match")?.iter().position(|e| e.name == index);
     let Some(number) = number else { return Ok(None) };
-    let alike = Beside::new(EdgeCurve::of(shape, number, "match")?, &there.curve, !free)?;
+    let alike = Beside::begun(EdgeCurve::of(shape, number, "match")?, &there.curve, begun)?;
     let exact = alike.exactly()?.is_ok();
     Ok((exact || !common.first.is_empty()).then_some((refined, exact)))
 }

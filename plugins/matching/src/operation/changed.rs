@@ -1,8 +1,11 @@
 //! How a match has changed the whole of a surface: how far it went, and where it folds back over itself.
 
-use loftsman_kernel::Vector;
 use loftsman_kernel::error::Error;
 use loftsman_kernel::spline::{Direction, Space, Surface};
+use loftsman_kernel::{Point, Vector};
+
+use super::turned::{Look, Turned};
+use crate::foot::{Foot, descend};
 
 /// Places by each parameter, about, and those of a piece between knots.
 const PLACES: usize = 48;
@@ -15,9 +18,9 @@ const NEAR: f64 = 0.01;
 /// What has become of a surface, looked at on a grid within its pieces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Changed {
-    /// The largest distance between what was and what is, at the same parameters.
+    /// The largest distance of what is from what was: what slides along itself goes nowhere.
     pub(super) moved: f64,
-    /// The same along the edge that was moved.
+    /// The same of the edge that was moved, from where that was.
     pub(super) edge: f64,
     /// Where it folds back over itself, if it does, and did not before: where the normals are turned back most.
     pub(super) fold: Option<[f64; 2]>,
@@ -28,9 +31,10 @@ pub(super) struct Changed {
 }
 
 impl Changed {
-    /// Of a surface, before and after, whose edge is `at_end` of its parameter across, or at its start; `size` is that of the edge. A place is folded where the unit normal is at more than a right angle to
-    /// what it was, and not at the edge beside it, which the other surface turned; or to that of a place next to it, and was not: a surface
-    /// that folds over turns its normal round within less than any grid. `O(n)` places, [`PLACES`] squared and some for each piece.
+    /// Of a surface, before and after, whose edge is `at_end` of its parameter across, or at its start; `size` is that of the edge. A place is folded where the
+    /// unit normal is at more than a right angle to what it was, turned as the surface round it is turned ([`Turned`]), and not at the edge beside it, which
+    /// the other surface turned; or to that of a place next to it, and was not: a surface that folds over turns its normal round within less than any grid.
+    /// `O(n)` places, [`PLACES`] squared and some for each piece.
     pub(super) fn of(
         [before, after]: [&Surface; 2],
         along: Direction,
@@ -46,44 +50,67 @@ impl Changed {
         }
         depths.insert(0, if at_end { end } else { start });
         let parameters = |t: f64, s: f64| if along == Direction::U { [t, s] } else { [s, t] };
+        let look = |surface: &Surface| -> Result<Vec<Look>, Error> {
+            let all = places.iter().flat_map(|t| depths.iter().map(move |s| parameters(*t, *s)));
+            all.map(|[u, v]| Look::at(surface, u, v)).collect()
+        };
+        let looks = [look(before)?, look(after)?];
+        let counts = [places.len(), depths.len()];
         let mut found = Self { moved: 0.0, edge: 0.0, fold: None, share: 0.0, near: NEAR * size };
+        let edge = Foot::new(before.isocurve(across, depths[0])?)?;
+        for (k, (old, new)) in looks[0].iter().zip(&looks[1]).enumerate() {
+            let (t, s) = (places[k / counts[1]], depths[k % counts[1]]);
+            let apart = (old.point - new.point).norm();
+            let at = Point::from(new.point);
+            if k % counts[1] == 0 && apart > found.edge {
+                found.edge = found.edge.max(edge.of(t, &at)?.1.norm());
+            }
+            if apart > found.moved {
+                found.moved = found.moved.max(descend(before, parameters(t, s), &at)?);
+            }
+        }
+        found.folds(counts, &looks, |[i, j]| parameters(places[i], depths[j]));
+        Ok(found)
+    }
+
+    /// Finds where it folds.
+    fn folds(&mut self, counts: [usize; 2], looks: &[Vec<Look>; 2], at: impl Fn([usize; 2]) -> [f64; 2]) {
+        let turned = Turned::new(counts, &looks[0], &looks[1]);
+        let normals =
+            |[i, j]: [usize; 2]| [0, 1].map(|which: usize| looks[which][i * counts[1] + j].normal());
+        let back = |place: [usize; 2]| {
+            let [Some(m), Some(n)] = normals(place) else { return None };
+            turned.expected(place, &m).map(|expected| expected.dot(&n))
+        };
         let (mut lowest, mut folded) = (f64::INFINITY, 0_usize);
-        let mut beside: Vec<[Option<Vector>; 2]> = Vec::new();
-        for &t in &places {
-            let (mut column, mut turned) = (Vec::with_capacity(depths.len()), 1.0);
-            for (depth, &s) in depths.iter().enumerate() {
-                let [u, v] = parameters(t, s);
-                let ([p, m], [q, n]) = (look(before, u, v)?, look(after, u, v)?);
-                let (distance, normals) = ((p - q).norm(), [unit(m), unit(n)]);
-                found.moved = found.moved.max(distance);
-                let back = cosine(normals);
-                if depth == 0 {
-                    found.edge = found.edge.max(distance);
-                    turned = back.unwrap_or(1.0);
-                    column.push(normals);
-                    continue;
-                }
-                let mut worst = back.filter(|_| turned >= 0.0).unwrap_or(1.0);
-                let neighbours = [column.last(), beside.get(depth)];
-                for other in neighbours.into_iter().flatten() {
-                    let side = |which: usize| cosine([other[which], normals[which]]);
+        for i in 0..counts[0] {
+            let by_the_other = back([i, 0]).is_some_and(|back| back < 0.0);
+            for j in 1..counts[1] {
+                let here = normals([i, j]);
+                let mut beside = f64::INFINITY;
+                for place in [Some([i, j - 1]), i.checked_sub(1).map(|i| [i, j])].into_iter().flatten() {
+                    let there = normals(place);
+                    let side = |which: usize| cosine([there[which], here[which]]);
                     if let (Some(was), Some(is)) = (side(0), side(1))
                         && was >= 0.0
                     {
-                        worst = worst.min(is);
+                        beside = beside.min(is);
                     }
                 }
-                folded += usize::from(worst < 0.0);
-                if worst < lowest.min(0.0) {
-                    lowest = worst;
-                    found.fold = Some([u, v]);
+                let turned_back = !by_the_other && back([i, j]).is_some_and(|back| back < 0.0);
+                if !turned_back && beside >= 0.0 {
+                    continue;
                 }
-                column.push(normals);
+                folded += 1;
+                // Of all those the one that is turned most, from what it was or from one to the next.
+                let most = cosine(here).filter(|_| turned_back).unwrap_or(1.0).min(beside);
+                if most < lowest {
+                    lowest = most;
+                    self.fold = Some(at([i, j]));
+                }
             }
-            beside = column;
         }
-        found.share = folded as f64 / (places.len() * (depths.len() - 1)).max(1) as f64;
-        Ok(found)
+        self.share = folded as f64 / (counts[0] * (counts[1] - 1)).max(1) as f64;
     }
 
     /// Whether it folds nowhere and nothing of it goes much farther than the edge has to.
@@ -119,23 +146,6 @@ fn places(space: &Space) -> Vec<f64> {
     breaks.windows(2).flat_map(piece).collect()
 }
 
-/// The point, and the product of the first derivatives.
-fn look(surface: &Surface, u: f64, v: f64) -> Result<[Vector; 2], Error> {
-    let mut all = [Vector::zeros(); 4];
-    surface.derivatives_into(u, v, [1, 1], &mut all)?;
-    // Of unit length each, so that their product is a number whatever the size.
-    let normal = match [unit(all[2]), unit(all[1])] {
-        [Some(x), Some(y)] => x.cross(&y),
-        _ => Vector::zeros(),
-    };
-    Ok([all[0], normal])
-}
-
-fn unit(vector: Vector) -> Option<Vector> {
-    let length = vector.norm();
-    (length > 0.0 && length.is_finite()).then(|| vector / length)
-}
-
 fn cosine([a, b]: [Option<Vector>; 2]) -> Option<f64> {
     Some(a?.dot(&b?))
 }
@@ -146,11 +156,11 @@ mod tests {
     use super::*;
     use loftsman_kernel::Point;
 
-    /// A sheet over the unit square, its inner row of control vertices shifted along `u`, and its last lifted.
-    fn sheet(by: f64, lift: f64) -> Surface {
+    /// A sheet over the unit square, its inner row of control vertices shifted along `u` and lifted, and its last lifted.
+    fn sheet(by: f64, lift: f64, tower: f64) -> Surface {
         let space = Space::clamped_uniform(2, 4).unwrap();
         let shift = [0.0, 0.0, by, 0.0];
-        let raise = [0.0, 0.0, 0.0, lift];
+        let raise = [0.0, 0.0, tower, lift];
         let at =
             |k: usize| Point::new((k / 4) as f64 / 3.0 + shift[k / 4], (k % 4) as f64 / 3.0, raise[k / 4]);
         Surface::new(space.clone(), space, (0..16).map(at).collect()).unwrap()
@@ -158,8 +168,11 @@ mod tests {
 
     #[test]
     fn what_turns_back_is_a_fold_and_what_goes_along_is_none() {
-        let plain = sheet(0.0, 0.0);
-        let look = |by, lift| Changed::of([&plain, &sheet(by, lift)], Direction::V, true, 1.0).unwrap();
+        let plain = sheet(0.0, 0.0, 0.0);
+        let tower = |by, lift, tower| {
+            Changed::of([&plain, &sheet(by, lift, tower)], Direction::V, true, 1.0).unwrap()
+        };
+        let look = |by, lift| tower(by, lift, 0.0);
         assert!(look(0.0, 0.0).fold.is_none() && look(0.0, 0.0).is_plain());
         let lifted = look(0.0, 0.4);
         assert!(lifted.is_plain() && (lifted.edge - 0.4).abs() < 1e-12 && lifted.share == 0.0, "{lifted:?}");
@@ -167,8 +180,11 @@ mod tests {
         let [u, _] = folded.fold.unwrap();
         assert!(u > 0.5 && folded.share > 0.02 && folded.share < 0.5, "{folded:?}");
         assert!(folded.is_worse_than(&lifted) && !lifted.is_worse_than(&folded));
+        // Along itself, without a fold: it is where it was.
+        let slid = look(0.2, 0.0);
+        assert!(slid.is_plain() && slid.moved < 1e-9, "{slid:?}");
         // Farther than the edge, and without a fold.
-        let far = look(0.2, 0.0);
-        assert!(far.fold.is_none() && !far.is_plain() && far.moved > 0.05, "{far:?}");
+        let far = tower(0.0, 0.0, 0.3);
+        assert!(far.fold.is_none() && !far.is_plain() && far.moved > 0.1 && far.moved < 0.3, "{far:?}");
     }
 }

@@ -39,8 +39,8 @@ pub(super) enum Why {
         needed: usize,
         most: usize,
     },
-    /// It lay folded back on the other before.
-    WasFolded,
+    /// It lay on the other before, folded back.
+    LayOn,
     /// It would.
     Folds,
     FoldsInPart,
@@ -53,7 +53,7 @@ impl Refused {
         Self { count: last.map_or(0, |last| last.count), worst: last.map(|last| last.worst), size, why }
     }
 
-    /// Whether it would fold back on the other, and has not before.
+    /// Whether it would fold back on the other, and did not lie on it before.
     pub(super) fn folds(&self) -> bool {
         matches!(self.why, Why::Folds | Why::FoldsInPart)
     }
@@ -85,8 +85,8 @@ impl Asked {
             Why::NoneFound | Why::Limits | Why::Unmeasured(_) => String::new(),
             Why::Work => ": more of them would take too much work".to_owned(),
             Why::Needs { needed, most } => format!(": some {needed} would be needed, and {most} are the most"),
-            Why::WasFolded => ": the surface lies folded back on the other: turn it round first".to_owned(),
-            Why::Folds => ": brought there it would fold back on the other, which it does not now".to_owned(),
+            Why::LayOn => ": the surface lies on the other, folded back, and there is no side to bend it round on: turn it round first".to_owned(),
+            Why::Folds => ": brought there it would fold back on the other".to_owned(),
             Why::FoldsInPart => ": along a part of the edge it would fold back on the other, as where an edge turns back or a \
                                  surface shrinks to a point"
                 .to_owned(),
@@ -118,7 +118,7 @@ impl Asked {
             }
         }
         let advice = match &helps[..] {
-            [] if refused.why == Why::WasFolded => String::new(),
+            [] if refused.why == Why::LayOn => String::new(),
             [] => ": nothing that was tried helps: smooth the edge that stands still there, or bring the surface nearer to it by hand"
                 .to_owned(),
             _ => format!(": {}", helps.join(", or ")),
@@ -152,7 +152,7 @@ impl Asked {
             }
         }
         // What folds does so with tangent planes as well.
-        let folds = matches!(refused.why, Why::WasFolded | Why::Folds | Why::FoldsInPart);
+        let folds = matches!(refused.why, Why::LayOn | Why::Folds | Why::FoldsInPart);
         for continuity in (0..self.continuity).rev().filter(|c| !folds || *c == 0) {
             let keep = if self.keeps { self.keep } else { Some(continuity) };
             let limits = if continuity == 0 {

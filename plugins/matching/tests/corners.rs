@@ -1,0 +1,95 @@
+//! Tubes that are matched to a closed edge with a corner, which may lie anywhere round: beside their own seam, or between their own knots.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "these are tests, their helpers included")]
+
+use loftsman_kernel::Point;
+use loftsman_kernel::plugin::{Context, NoClock, Operation, Parameters, Plugin, Quiet, Registry};
+use loftsman_kernel::scene::{Object, Scene};
+use loftsman_kernel::spline::{Space, Surface};
+use loftsman_matching::{MatchOperation, MatchingPlugin};
+use serde_json::json;
+
+/// A tube along x, from `x` to `x + 1.8`, over this section.
+fn tube(x: f64, around: Space, section: &[[f64; 2]], size: f64) -> Surface {
+    let along = Space::clamped_uniform(3, 4).unwrap();
+    let points = (0..4).flat_map(|i| {
+        section.iter().map(move |[y, z]| Point::new(size * (x + 0.6 * f64::from(i)), size * y, size * z))
+    });
+    Surface::new(along, around, points.collect()).unwrap()
+}
+
+/// Turned about the middle.
+fn turned(section: &[[f64; 2]], by: f64) -> Vec<[f64; 2]> {
+    let (s, c) = by.sin_cos();
+    section.iter().map(|[y, z]| [c * y - s * z, s * y + c * z]).collect()
+}
+
+/// A drop, clamped, which has its corner where it begins and ends, and is the same upside down.
+fn drop(size: f64) -> Surface {
+    let half = [[1.6, 0.0], [1.0, 0.7], [0.2, 1.0], [-0.8, 0.9]];
+    let below = half.iter().rev().map(|[y, z]| [*y, -z]);
+    let section: Vec<[f64; 2]> = half.iter().copied().chain([[-1.1, 0.0]]).chain(below).collect();
+    tube(0.0, Space::clamped_uniform(3, 9).unwrap(), &section, size)
+}
+
+#[test]
+fn the_corner_of_the_other_edge_is_met_wherever_it_lies() {
+    let mut registry = Registry::new();
+    MatchingPlugin.register(&mut registry);
+    let context = Context { registry: &registry, observer: &Quiet, clock: &NoClock };
+    let seam = [
+        [0.9, 0.0],
+        [0.9, 0.41],
+        [0.36, 0.9],
+        [-0.54, 0.9],
+        [-0.95, 0.0],
+        [-0.54, -0.9],
+        [0.36, -0.9],
+        [0.9, -0.41],
+        [0.9, 0.0],
+    ];
+    let ring = [0.0_f64, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0].map(|k| {
+        let (s, c) = (k * std::f64::consts::FRAC_PI_4).sin_cos();
+        [0.9 * c, 0.9 * s]
+    });
+    let mut made = 0;
+    for (turn, size) in
+        [(0.0, 1.0), (0.3, 1e-9), (1.0, 1.0), (2.0, 1e9), (-2.0, 1.0), (std::f64::consts::PI, 1.0)]
+    {
+        for periodic in [false, true] {
+            let a = if periodic {
+                tube(-2.0, Space::periodic_uniform(3, 8).unwrap(), &turned(&ring, turn), size)
+            } else {
+                tube(-2.0, Space::clamped_uniform(3, 9).unwrap(), &turned(&seam, turn), size)
+            };
+            for continuity in 0..=2 {
+                let case = format!("turned by {turn}, periodic {periodic}, continuity {continuity}");
+                let mut scene = Scene::new();
+                scene.add(Object::new("a", a.clone().into())).unwrap();
+                scene.add(Object::new("b", drop(size).into())).unwrap();
+                let fields = json!({ "object": "a", "edge": "u1", "with": { "object": "b", "edge": "u0" },
+                    "continuity": continuity });
+                let parameters = Parameters::new(fields, "step[0]").unwrap();
+                let report = MatchOperation
+                    .apply(&mut scene, &parameters, &context)
+                    .unwrap_or_else(|e| panic!("{case}: {e}"));
+                // Its knots are there, so that the edge is that curve.
+                let after = &report.numbers["after"];
+                assert!(after["position"].as_f64().unwrap() < 1e-9 * size, "{case}: {after}");
+                assert!(
+                    !report.notes.iter().any(|note| note.contains("a gap of")),
+                    "{case}: {:?}",
+                    report.notes
+                );
+                let found = scene.surface("a").unwrap();
+                let ((a, b), (c, d)) = (found.u().domain(), found.v().domain());
+                for k in 0..=20 {
+                    let u = a + (b - a) * f64::from(k) / 20.0;
+                    let [p, q] = [c, d].map(|v| found.point(u, v).unwrap());
+                    assert!((p - q).norm() < 1e-9 * size, "{case}: {p} {q}");
+                }
+                made += 1;
+            }
+        }
+    }
+    assert_eq!(made, 36);
+}

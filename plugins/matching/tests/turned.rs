@@ -1,0 +1,80 @@
+//! What is turned as a whole, by whatever angle, folds nowhere: looked at between places next to one another, on a grid of the tests' own.
+#![allow(clippy::unwrap_used, reason = "these are tests, their helpers included")]
+
+use loftsman_kernel::plugin::{Context, NoClock, Operation, Parameters, Plugin, Quiet, Registry};
+use loftsman_kernel::scene::{Object, Scene};
+use loftsman_kernel::spline::{Space, Surface};
+use loftsman_kernel::{Point, Vector};
+use loftsman_matching::{MatchOperation, MatchingPlugin};
+use serde_json::Value;
+
+fn matched(a: &Surface, b: &Surface, fields: Value) -> (Surface, Vec<String>) {
+    let mut registry = Registry::new();
+    MatchingPlugin.register(&mut registry);
+    let context = Context { registry: &registry, observer: &Quiet, clock: &NoClock };
+    let mut scene = Scene::new();
+    scene.add(Object::new("a", a.clone().into())).unwrap();
+    scene.add(Object::new("b", b.clone().into())).unwrap();
+    let parameters = Parameters::new(fields, "step[0]").unwrap();
+    let notes = MatchOperation.apply(&mut scene, &parameters, &context).unwrap().notes;
+    (scene.surface("a").unwrap().clone(), notes)
+}
+
+fn surface(one: &Value) -> Surface {
+    let numbers =
+        |row: &Value| row.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect::<Vec<_>>();
+    let space = |k: usize| {
+        Space::open(one["degrees"][k].as_u64().unwrap() as usize, numbers(&one["knots"][k])).unwrap()
+    };
+    let points = one["points"].as_array().unwrap().iter().flat_map(|row| row.as_array().unwrap());
+    let weights = one["weights"].as_array().map(|rows| rows.iter().flat_map(numbers).collect());
+    Surface::build(space(0), space(1), points.map(|at| Point::from_slice(&numbers(at))).collect(), weights)
+        .unwrap()
+}
+
+/// Unit normals at places within each piece.
+fn normals(s: &Surface) -> Vec<Vec<Vector>> {
+    const PLACES: usize = 30;
+    let places = |space: &Space| {
+        let breaks = space.breakpoints();
+        let piece = |pair: &[f64]| {
+            let (a, b) = (pair[0], pair[1]);
+            (0..PLACES).map(move |k| a + (b - a) * (k as f64 + 0.5) / PLACES as f64).collect::<Vec<_>>()
+        };
+        breaks.windows(2).flat_map(piece).collect::<Vec<f64>>()
+    };
+    let (u, v) = (places(s.u()), places(s.v()));
+    let normal = |u: f64, v: f64| {
+        let mut all = [Vector::zeros(); 4];
+        s.derivatives_into(u, v, [1, 1], &mut all).unwrap();
+        all[2].normalize().cross(&all[1].normalize()).normalize()
+    };
+    u.iter().map(|u| v.iter().map(|v| normal(*u, *v)).collect()).collect()
+}
+
+/// The least cosine between normals next to one another.
+fn sharpest(rows: &[Vec<Vector>]) -> f64 {
+    let mut least = 1.0_f64;
+    for (i, row) in rows.iter().enumerate() {
+        for (j, normal) in row.iter().enumerate() {
+            for beside in [i.checked_sub(1).map(|i| &rows[i][j]), j.checked_sub(1).map(|j| &row[j])] {
+                least = least.min(beside.map_or(1.0, |beside| beside.dot(normal)));
+            }
+        }
+    }
+    least
+}
+
+/// Three sheets that are brought to edges so far out of the way that normals are turned by more than a right angle, gradually: in position with what lies
+/// opposite free, in the metric that was asked for, and where none was.
+#[test]
+fn what_is_turned_round_gradually_is_no_fold() {
+    let cases: Value = serde_json::from_str(include_str!("golden/turned.json")).unwrap();
+    for case in cases.as_array().unwrap() {
+        let (a, b) = (surface(&case["a"]), surface(&case["b"]));
+        let (after, notes) = matched(&a, &b, case["fields"].clone());
+        let found = normals(&after);
+        assert!(sharpest(&found) > 0.6, "{}: {notes:?}", sharpest(&found));
+        assert!(!notes.iter().any(|note| note.starts_with("it folds back over itself")), "{notes:?}");
+    }
+}
