@@ -4,7 +4,7 @@
 use loftsman_kernel::edit::{Ask, Edit};
 use loftsman_kernel::functional::{Edge, Shapes};
 use loftsman_kernel::plugin::{Context, NoClock, Observer, Operation, Parameters, Plugin, Quiet, Registry};
-use loftsman_kernel::scene::{Object, Scene};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
 use loftsman_kernel::{Point, Vector};
@@ -211,6 +211,13 @@ fn what_cannot_be_is_said() {
     assert!(refused.contains("refine = true") && refused.contains("angle"), "{refused}");
     let refused = with("angle", json!(1e-13));
     assert!(refused.contains("still apart by position"), "{refused}");
+    // A curve has no edge, and is told of where it stands.
+    let mut both = scene(&hull, &deck);
+    let rail = hull.isocurve(Direction::U, hull.u().domain().1).unwrap();
+    both.add(Object::new("rail", Geometry::Curve(rail))).unwrap();
+    let fields = json!({ "object": "deck", "edge": "u0", "with": { "object": "rail", "edge": "u1" } });
+    let refused = run(&mut both, fields).unwrap_err();
+    assert!(refused.contains("with.object") && refused.contains("constraint `edge`"), "{refused}");
     // One that lies folded over the other.
     let mut folded = scene(&hull, &hull);
     folded.rename("deck", "cover").unwrap();
