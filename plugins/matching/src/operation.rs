@@ -103,14 +103,7 @@ impl Operation for MatchOperation {
         p.check(self.declaration().fields)?;
         let with = other(p)?;
         let beside = with.text("object")?.to_owned();
-        let still = scene.object(&beside).map_err(|e| with.error("object", e.to_string()))?;
-        if still.geometry().shape().is_ok_and(|shape| shape.domain().len() == 1) {
-            let problem = format!(
-                "\"{beside}\" is {}, which has no edge: the edge of a surface is brought onto a curve by the constraint `edge`, in an `edit`",
-                a(&still.geometry().noun())
-            );
-            return Err(with.error("object", problem).into());
-        }
+        scene.object(&beside).map_err(|e| with.error("object", e.to_string()))?;
         let object = if p.has("object") {
             object_name(scene, p, |_| true, "surface")?
         } else {
@@ -121,6 +114,14 @@ impl Operation for MatchOperation {
             return Err(with
                 .error("object", "the surface that moves cannot stand still: name another")
                 .into());
+        }
+        let still = scene.object(&beside)?;
+        if still.geometry().shape().is_ok_and(|shape| shape.domain().len() == 1) {
+            let problem = format!(
+                "\"{beside}\" is {}, which has no edge: the edge of a surface is brought onto a curve by the constraint `edge`, in an `edit`",
+                a(&still.geometry().noun())
+            );
+            return Err(with.error("object", problem).into());
         }
         if !matches!(scene.object(&object)?.geometry(), Geometry::Surface(_)) {
             let kind = a(&scene.object(&object)?.geometry().noun());
