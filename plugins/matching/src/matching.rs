@@ -482,13 +482,20 @@ impl Functional for Matching {
         let Some(Askew { turn, nearest, seam }) = self.bound.as_ref().and_then(|bound| bound.askew) else {
             return Vec::new();
         };
-        let begins = if seam {
-            "an edge with a seam may bend where it begins between them: make the surface periodic (`simplify` with `periodic = true` takes the seam away), and use the operation `match`"
+        // The operation has tried to begin between them already.
+        let begins = if self.begun.is_some() {
+            if seam {
+                "; without its seam it may begin between them (`simplify` with `periodic = true` takes the seam away)"
+            } else {
+                ""
+            }
+        } else if seam {
+            "; an edge with a seam may bend where it begins between them: make the surface periodic (`simplify` with `periodic = true` takes the seam away), and use the operation `match`"
         } else {
-            "the operation `match` begins between them"
+            "; the operation `match` begins between them where that asks for no corners and not for too many knots"
         };
         vec![format!(
-            "{} begins at a knot of the other edge, {}° of a turn from where the two are nearest, which is at {} of that: lines across run askew by as much; {begins}",
+            "{} begins at a knot of the other edge, {}° of a turn from where the two are nearest, which is at {} of that: lines across run askew by as much{begins}",
             self.describe(),
             figure(360.0 * turn),
             measured(nearest)
