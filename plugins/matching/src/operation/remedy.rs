@@ -174,7 +174,16 @@ impl Asked {
             } else {
                 (self.bend, words)
             };
-            tries.push((Self { continuity, keep, limits, bend, refine: true, ..self.clone() }, words));
+            let lower = Self { continuity, keep, limits, bend, refine: true, ..self.clone() };
+            let least =
+                (continuity > 0 && self.measured && bend).then(|| Self { bend: false, ..lower.clone() });
+            let as_well = format!("{words} and metric = \"least\"");
+            tries.push((lower, words));
+            tries.extend(least.map(|least| (least, as_well)));
+        }
+        // Where none was found with curvature, all else with curvature takes as long: what is linear is tried first.
+        if refused.why == Why::NoneFound && self.continuity > 1 {
+            tries.sort_by_key(|(asked, _)| asked.continuity != 1);
         }
         tries
     }
