@@ -248,6 +248,20 @@ impl Beside {
         (0..space.len()).map(|i| inside(space.greville(i))).collect()
     }
 
+    /// Which of the Greville abscissae lie at knots of the curve that are no ends: how many are before, and a place on either side.
+    pub(crate) fn knots_met(&self) -> Vec<(usize, [f64; 2])> {
+        let (a, b) = self.edge.curve.domain();
+        let (breaks, near) = (self.curve.space().breakpoints(), TOGETHER * (b - a));
+        let met = |(k, t): (usize, f64)| {
+            let at = breaks.partition_point(|knot| *knot < t - near);
+            let knot =
+                breaks.get(at).copied().filter(|knot| *knot <= t + near && *knot - a > WITHIN * (b - a))?;
+            (b - knot > WITHIN * (b - a))
+                .then_some((k, [-1.0, 1.0].map(|side| knot + side * WITHIN * (b - a))))
+        };
+        self.greville().into_iter().enumerate().filter_map(met).collect()
+    }
+
     /// Places all along the edge between those where anything is imposed: as many of each piece as determine a polynomial of both
     /// degrees, and where the two are not to be equal as many more as show how far they are apart, and both ends, where that may be most.
     pub(crate) fn between(&self, exact: bool) -> Vec<f64> {

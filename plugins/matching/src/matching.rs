@@ -21,6 +21,8 @@ use crate::near::{Near, Place};
 
 /// Positions that are to be equal to rounding are looked at between with this part of the edge's size.
 const ROUNDING: f64 = 1e-9;
+/// Tangent planes before and behind a place, in radians, that differ by no more are one.
+const SHARP: f64 = 1e-4;
 /// A surface whose curvatures are smaller than this, divided by the edge's size, is flat to rounding.
 const FLAT: f64 = 1e-8;
 
@@ -83,6 +85,8 @@ pub fn matching(
 struct Bound {
     rows: Vec<(Stencil, Point)>,
     contacts: Vec<Contact>,
+    /// Contacts with what lies before a corner of the other edge where there is one with what lies behind it, or the other way round.
+    corners: Vec<Contact>,
     between: Vec<Place>,
     /// How the other edge's parameters go along with this one's.
     track: Track,
@@ -268,6 +272,7 @@ impl Matching {
         } else {
             Vec::new()
         };
+        let corners = self.corners(&beside, &contacts, &contact)?;
         let between = self.between(&beside, exact && self.continuity == 0, &there, &contact)?;
         let curvature = between.iter().fold(0.0, |m: f64, place| m.max(place.contact.frame.largest));
         let square = between.iter().fold(0.0, |m: f64, place| m.max(place.contact.frame.curvature.abs()));
@@ -279,6 +284,7 @@ impl Matching {
         let mut bound = Bound {
             rows,
             contacts,
+            corners,
             between,
             track: beside.track(),
             askew: beside.askew(),
@@ -298,6 +304,30 @@ impl Matching {
             bound.folded = [Deviation::folded(&profile), Deviation::lies_on(&profile, limits)];
         }
         Ok(Arc::new(bound))
+    }
+
+    /// Where the other surface has another tangent plane before a place of contact than behind it, as at a corner of its edge, the surface that moves has to lie
+    /// in both: it can, along the line in which they meet, where its own edge has a corner, too.
+    fn corners(
+        &self,
+        beside: &Beside,
+        contacts: &[Contact],
+        contact: &dyn Fn(f64) -> Result<Contact>,
+    ) -> Result<Vec<Contact>> {
+        let mut corners = Vec::new();
+        if contacts.is_empty() {
+            return Ok(corners);
+        }
+        for (k, sides) in beside.knots_met() {
+            // Which of them the place itself shows is a matter of rounding.
+            for side in sides {
+                let (at, here) = (contact(side)?, &contacts[k]);
+                if at.frame.normal.cross(&here.frame.normal).norm() > SHARP {
+                    corners.push(Contact { at: here.at, ..at });
+                }
+            }
+        }
+        Ok(corners)
     }
 
     /// The parameter step by which derivatives across are made lengths.
@@ -337,7 +367,10 @@ impl Matching {
 impl Functional for Matching {
     fn equations(&self) -> usize {
         match &self.bound {
-            Some(bound) => 3 * bound.rows.len() + bound.each(self.continuity) * bound.contacts.len(),
+            Some(bound) => {
+                let corners = self.continuity * bound.corners.len();
+                3 * bound.rows.len() + bound.each(self.continuity) * bound.contacts.len() + corners
+            }
             None => 3 + self.continuity,
         }
     }
@@ -361,6 +394,9 @@ impl Functional for Matching {
                 rows.constant(Vector::new(-lead * speed * contact.step, 0.0, 0.0));
             }
         }
+        for contact in &bound.corners {
+            put(rows, shapes, self.on.shape, contact, self.continuity, [1.0, 1.0])?;
+        }
         Ok(())
     }
 
@@ -378,6 +414,11 @@ impl Functional for Matching {
             out.copy_from_slice((stencil.apply(shape.control_vertices()) - point.coords).as_slice());
         }
         let each = bound.each(self.continuity);
+        let (others, corners) = others.split_at_mut(each * bound.contacts.len());
+        for (contact, out) in bound.corners.iter().zip(corners.chunks_exact_mut(self.continuity.max(1))) {
+            let found = contact.measure(shape)?;
+            out.iter_mut().zip([found.slope, found.bend]).for_each(|(out, value)| *out = value);
+        }
         for (contact, out) in bound.contacts.iter().zip(others.chunks_exact_mut(each.max(1))) {
             let found = contact.measure(shape)?;
             out.iter_mut().zip([found.slope, found.bend]).for_each(|(out, value)| *out = value);
@@ -441,13 +482,20 @@ impl Functional for Matching {
         let Some(Askew { turn, nearest, seam }) = self.bound.as_ref().and_then(|bound| bound.askew) else {
             return Vec::new();
         };
-        let begins = if seam {
-            "an edge with a seam may bend where it begins between them: make the surface periodic (`simplify` with `periodic = true` takes the seam away), and use the operation `match`"
+        // The operation has tried to begin between them already.
+        let begins = if self.begun.is_some() {
+            if seam {
+                "; without its seam it may begin between them (`simplify` with `periodic = true` takes the seam away)"
+            } else {
+                ""
+            }
+        } else if seam {
+            "; an edge with a seam may bend where it begins between them: make the surface periodic (`simplify` with `periodic = true` takes the seam away), and use the operation `match`"
         } else {
-            "the operation `match` begins between them"
+            "; the operation `match` begins between them where that asks for no corners and not for too many knots"
         };
         vec![format!(
-            "{} begins at a knot of the other edge, {}° of a turn from where the two are nearest, which is at {} of that: lines across run askew by as much; {begins}",
+            "{} begins at a knot of the other edge, {}° of a turn from where the two are nearest, which is at {} of that: lines across run askew by as much{begins}",
             self.describe(),
             figure(360.0 * turn),
             measured(nearest)

@@ -93,3 +93,73 @@ fn the_corner_of_the_other_edge_is_met_wherever_it_lies() {
     }
     assert_eq!(made, 36);
 }
+
+/// A drop that is the same neither upside down nor all along, so that its tangent planes on both sides of the corner meet in a line askew: both are met there.
+#[test]
+fn both_tangent_planes_at_a_corner_are_met() {
+    let mut registry = Registry::new();
+    MatchingPlugin.register(&mut registry);
+    let context = Context { registry: &registry, observer: &Quiet, clock: &NoClock };
+    let section = [
+        [1.6, 0.0],
+        [1.0, 0.9],
+        [0.2, 1.1],
+        [-0.8, 0.7],
+        [-1.1, -0.1],
+        [-0.8, -0.9],
+        [0.1, -1.0],
+        [1.2, -0.4],
+        [1.6, 0.0],
+    ];
+    let (along, around, points, _) =
+        tube(0.0, Space::clamped_uniform(3, 9).unwrap(), &section, 1.0).into_parts();
+    let wider = |p: &Point| {
+        let by = 1.0 + 0.3 * p.x;
+        Point::new(p.x, by * p.y - 0.2 * p.x, by * p.z + 0.3 * p.x * p.x)
+    };
+    let drop = Surface::new(along, around, points.iter().map(wider).collect()).unwrap();
+    let mut made = 0;
+    for turn in [0.5_f64, 1.7, 2.9, 4.1] {
+        let ring = [0.0_f64, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0].map(|k| {
+            let (s, c) = (k * std::f64::consts::FRAC_PI_4 + turn).sin_cos();
+            [0.9 * c, 0.8 * s]
+        });
+        for metric in ["bend", "least"] {
+            let case = format!("turned by {turn}, {metric}");
+            let mut scene = Scene::new();
+            let a = tube(-2.0, Space::periodic_uniform(3, 8).unwrap(), &ring, 1.0);
+            scene.add(Object::new("a", a.into())).unwrap();
+            scene.add(Object::new("b", drop.clone().into())).unwrap();
+            let fields = json!({ "object": "a", "edge": "u1", "with": { "object": "b", "edge": "u0" },
+                    "continuity": 1, "metric": metric });
+            let parameters = Parameters::new(fields, "step[0]").unwrap();
+            let report = MatchOperation
+                .apply(&mut scene, &parameters, &context)
+                .unwrap_or_else(|e| panic!("{case}: {e}"));
+            // The normals on either side of the corner are those of the other.
+            let found = scene.surface("a").unwrap();
+            let normal = |s: &Surface, u: f64, v: f64| {
+                let d = |a: usize, b: usize| s.derivative(u, v, a, b).unwrap();
+                d(1, 0).cross(&d(0, 1)).normalize()
+            };
+            let tip = Point::from(drop.derivative(0.0, 0.0, 0, 0).unwrap());
+            let end = found.u().domain().1;
+            let edge = found.isocurve(loftsman_kernel::spline::Direction::U, end).unwrap();
+            let corner = edge.closest(tip).unwrap();
+            assert!(corner.distance < 1e-9, "{case}: {}", corner.distance);
+            let last = drop.v().domain().1;
+            let mut other = [normal(&drop, 0.0, 1e-9), normal(&drop, 0.0, last - 1e-9)];
+            let own = [corner.at + 1e-8, corner.at - 1e-8].map(|v| normal(found, end, v));
+            // Whichever way it runs.
+            if own[0].cross(&other[0]).norm() > own[0].cross(&other[1]).norm() {
+                other.swap(0, 1);
+            }
+            for (own, other) in own.iter().zip(&other) {
+                let sine = own.cross(other).norm();
+                assert!(sine < 0.1_f64.to_radians(), "{case}: {sine} {:?}", report.notes);
+            }
+            made += 1;
+        }
+    }
+    assert_eq!(made, 8);
+}

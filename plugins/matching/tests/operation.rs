@@ -257,6 +257,7 @@ fn what_a_refusal_advises_works() {
         (3, 2, "u1", 1, true),
         (1, 3, "u0", 1, false),
         (3, 0, "u1", 2, true),
+        (2, 1, "u1", 2, true),
         (3, 0, "u0", 2, false),
     ] {
         let [hull, deck] = wild(degree, seed);
@@ -836,7 +837,7 @@ fn work_is_bounded_where_limits_are_out_of_reach() {
     };
     let most = [256, 192, 128];
     let (mut refused, mut done) = (0, 0);
-    for (number, hull) in [hull(3, 4), kinked].iter().enumerate() {
+    for (number, hull) in [hull(3, 4), kinked, hull(5, 3)].iter().enumerate() {
         for continuity in 0..=2 {
             for (tolerance, angle, curvature) in [(1e-4, 0.1, 5.0), (1e-12, 1e-9, 1e-7)] {
                 let mut both = scene(hull, &deck(3, 3));

@@ -93,10 +93,14 @@ impl Asked {
         };
         let mut helps = Vec::new();
         let mut tries = self.remedies(refused);
-        let more = refused.worst.and_then(|worst| self.allowing(&worst, refused.size));
+        // One limit may do, where all are missed.
+        let more =
+            |distance: bool| refused.worst.and_then(|worst| self.allowing(&worst, refused.size, distance));
+        let (one, all) = (more(false), more(true));
+        let tried = [one.filter(|(_, words)| all.as_ref().is_some_and(|(_, all)| words != all)), all];
         let works = |asked: &Self| -> Result<bool, OperationError> {
             let mut work = Work { called: "remedy", ..work.as_much_again() };
-            match asked.attempt(surface, other, context, &mut work) {
+            match asked.best(surface, other, context, &mut work) {
                 Ok(made) => Ok(made.is_ok()),
                 // Whoever asked may have had enough; all else is no remedy.
                 Err(error) => {
@@ -106,10 +110,11 @@ impl Asked {
                 }
             }
         };
-        if let Some((asked, words)) = more
-            && works(&asked)?
-        {
-            helps.push(words);
+        for (asked, words) in tried.into_iter().flatten() {
+            if works(&asked)? {
+                helps.push(words);
+                break;
+            }
         }
         for (asked, words) in tries.drain(..) {
             if works(&asked)? {
@@ -151,9 +156,9 @@ impl Asked {
                 tries.push((Self { bend: !self.bend, ..freed }, words));
             }
         }
-        // What folds does so with tangent planes as well.
-        let folds = matches!(refused.why, Why::LayOn | Why::Folds | Why::FoldsInPart);
-        for continuity in (0..self.continuity).rev().filter(|c| !folds || *c == 0) {
+        // What lay on the other does so with tangent planes as well.
+        let least = if refused.why == Why::LayOn { self.continuity.min(1) } else { self.continuity };
+        for continuity in (0..least).rev() {
             let keep = if self.keeps { self.keep } else { Some(continuity) };
             let limits = if continuity == 0 {
                 Limits { distance: self.limits.distance, ..Limits::default() }
@@ -169,17 +174,26 @@ impl Asked {
             } else {
                 (self.bend, words)
             };
-            tries.push((Self { continuity, keep, limits, bend, refine: true, ..self.clone() }, words));
+            let lower = Self { continuity, keep, limits, bend, refine: true, ..self.clone() };
+            let least =
+                (continuity > 0 && self.measured && bend).then(|| Self { bend: false, ..lower.clone() });
+            let as_well = format!("{words} and metric = \"least\"");
+            tries.push((lower, words));
+            tries.extend(least.map(|least| (least, as_well)));
+        }
+        // Where none was found with curvature, all else with curvature takes as long: what is linear is tried first.
+        if refused.why == Why::NoneFound && self.continuity > 1 {
+            tries.sort_by_key(|(asked, _)| asked.continuity != 1);
         }
         tries
     }
 
-    /// The same with as much allowed as was reached; nothing where that would be a fold.
-    fn allowing(&self, worst: &Deviation, size: f64) -> Option<(Self, String)> {
+    /// The same with as much allowed as was reached, of position only where that is asked for; nothing where that would be a fold.
+    fn allowing(&self, worst: &Deviation, size: f64, distance: bool) -> Option<(Self, String)> {
         let mut asked = self.clone();
         let mut words = Vec::new();
         let more = |found: f64| short(found * MORE).parse::<f64>().ok().filter(|more| *more >= found);
-        if worst.distance > self.limits.distance.unwrap_or(TOLERANCE * size) {
+        if distance && worst.distance > self.limits.distance.unwrap_or(TOLERANCE * size) {
             asked.limits.distance = Some(more(worst.distance)?);
             words.push(format!("tolerance = {}", short(worst.distance * MORE)));
         }

@@ -17,10 +17,24 @@ impl Asked {
         context: &Context<'_>,
     ) -> Result<Made, OperationError> {
         let mut work = Work { called: "match", done: 0, most: usize::MAX };
-        let first = self.way(surface, other, context, &mut work)?;
+        match self.best(surface, other, context, &mut work)? {
+            Ok(made) => Ok(made),
+            Err(refused) => Err(self.told(&refused, surface, other, context, &work)?),
+        }
+    }
+
+    /// The same, or why there is none.
+    pub(super) fn best(
+        &self,
+        surface: &Surface,
+        other: &dyn Shape,
+        context: &Context<'_>,
+        work: &mut Work,
+    ) -> Result<Result<Made, Refused>, OperationError> {
+        let first = self.way(surface, other, context, work)?;
         // Tangent planes leave open on which side of the edge a surface lies. What moves least comes about on its own, if it does.
         let (why, mut best) = match first {
-            Ok(made) if self.measured || made.changed.is_plain() => return Ok(made),
+            Ok(made) if self.measured || made.changed.is_plain() => return Ok(Ok(made)),
             Ok(made) => {
                 let why = made.changed.fold.map_or(Instead::Farther(made.changed.moved), Instead::FoldsAt);
                 (why, Ok(made))
@@ -29,7 +43,7 @@ impl Asked {
             Err(refused) if !self.measured && refused.why == Why::NoneFound => {
                 (Instead::NoneFound, Err(refused))
             }
-            Err(refused) => return Err(self.told(&refused, surface, other, context, &work)?),
+            Err(refused) => return Ok(Err(refused)),
         };
         let ways: &[Way] = if self.measured { &[Way::Led] } else { &[Way::Least, Way::Led, Way::LedLeast] };
         for &way in ways {
@@ -49,10 +63,7 @@ impl Asked {
                 break;
             }
         }
-        match best {
-            Ok(made) => Ok(made),
-            Err(refused) => Err(self.told(&refused, surface, other, context, &work)?),
-        }
+        Ok(best)
     }
 
     /// The same another way.
