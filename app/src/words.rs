@@ -26,7 +26,7 @@ pub(crate) const WORDS: &[Word] = &[
     word("at_most", "no more than this; `loftsman plugins wishes`"),
     word("axis", "[x, y, z], a direction that is turned about; elsewhere what the field says"),
     word("by", "so much more; `loftsman plugins wishes`"),
-    word("caption", "text above a part of a picture"),
+    word("caption", "text below a part of a picture"),
     word(
         "closest",
         "[x, y, z], a point in the object's coordinates: what is meant is the place of the shape that is nearest to it; reports say which parameters these are",

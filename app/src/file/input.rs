@@ -115,7 +115,7 @@ impl Input {
 }
 
 /// The name of a format that people have files of and that is not read, by the extension of the file.
-fn foreign(file: &str) -> Option<&'static str> {
+pub(super) fn foreign(file: &str) -> Option<&'static str> {
     const FOREIGN: &[(&str, &str)] = &[
         ("3dm", "Rhino's 3DM"),
         ("3ds", "3DS"),
@@ -127,9 +127,11 @@ fn foreign(file: &str) -> Option<&'static str> {
         ("fbx", "FBX"),
         ("off", "OFF"),
         ("ply", "PLY"),
+        ("png", "PNG"),
         ("sat", "ACIS"),
         ("sldprt", "SolidWorks' own format"),
         ("stl", "STL"),
+        ("svg", "SVG"),
         ("usd", "USD"),
         ("usda", "USD"),
         ("usdc", "USD"),

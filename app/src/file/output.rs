@@ -17,7 +17,7 @@ use loftsman_kernel::scene::Scene;
 use loftsman_kernel::text::clip;
 
 use super::commit::{Pending, TAKEN, commit};
-use super::input::extensions;
+use super::input::{extensions, foreign};
 use super::journal::recover_once;
 use super::sequence::Sequence;
 use crate::error::{Error, Result};
@@ -351,11 +351,22 @@ pub fn format_for<'r>(path: &Path, registry: &'r Registry) -> Result<&'r Arc<dyn
                 "a picture is not a format to convert to: draw it with `loftsman plot`".to_owned()
             } else if path.is_dir() {
                 "this is a folder; name a file in it, or convert files into it with `--into`".to_owned()
+            } else if let Some(what) = foreign(&name) {
+                format!("{what} is not written; writable are {}", writable(known()))
             } else {
-                format!("the format of this name is unknown; writable are {}", known())
+                format!("the format of this name is unknown; writable are {}", writable(known()))
             };
             Err(Error::UnknownFormat { file: path.display().to_string(), problem })
         }
+    }
+}
+
+/// What can be written: the endings of formats, and pictures, where these are drawn.
+fn writable(known: String) -> String {
+    if cfg!(feature = "picture") {
+        format!("{known}; recipes and `loftsman plot` draw .svg and .png")
+    } else {
+        known
     }
 }
 

@@ -202,7 +202,7 @@ pub(crate) struct FitArgs {
     #[arg(long, value_name = "P", default_value_t = 3)]
     pub(crate) degree: usize,
     /// How far the points may be from the curve, in the file's unit; control vertices are added until they are.
-    #[arg(long, value_name = "T", value_parser = positive)]
+    #[arg(long, value_name = "T", value_parser = distance)]
     pub(crate) tolerance: Option<f64>,
     /// The same as a share of the diagonal of the box around the points [default: 1e-4].
     #[arg(long, value_name = "SHARE", value_parser = positive, conflicts_with = "tolerance")]
@@ -363,6 +363,17 @@ fn from_up(text: &str) -> Result<Up, String> {
 fn choose<const N: usize>(what: &str, text: &str, names: [&'static str; N]) -> String {
     let hint = nearest(text, names).map(|near| format!("; did you mean {near}?")).unwrap_or_default();
     format!("there is no {what} \"{text}\"{hint}; choose one of {}", names.join(", "))
+}
+
+/// A length; a share of something has an option of its own.
+fn distance(text: &str) -> Result<f64, String> {
+    match text.trim().strip_suffix('%').map(|share| share.trim().parse::<f64>()) {
+        Some(Ok(share)) if share > 0.0 => Err(format!(
+            "is a share, and here a length is meant: write --relative-tolerance {}",
+            share / 100.0
+        )),
+        _ => positive(text),
+    }
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -202,6 +202,12 @@ impl Recipe {
         table: Value,
     ) -> std::result::Result<Self, loftsman_kernel::plugin::ParameterError> {
         let fields = Parameters::new(table, "")?;
+        if fields.has("loftsman") && !fields.has("step") {
+            return Err(fields.error(
+                "",
+                "this is a document, not a recipe: name it as a recipe's input, or look at it with `loftsman info` and `loftsman plot`",
+            ));
+        }
         fields.check(FIELDS)?;
         let (inputs, outputs) = (files(&fields, "input")?, files(&fields, "output")?);
         let mut steps = Vec::new();

@@ -67,11 +67,34 @@ impl Text {
     fn parse_toml(&self) -> Result<Value> {
         let table = self.text.parse::<toml::Table>().map_err(|e| {
             let position = e.span().map(|s| place::line_and_column(&self.text, s.start));
-            RecipeError::at(&self.name, "", e.message().trim().replace('\n', "; ")).in_line(position)
+            let problem = e.message().trim().replace('\n', "; ");
+            let instead = e.span().and_then(|span| instead(&self.text, span.start));
+            let problem = instead.map(|instead| format!("{problem}: {instead}")).unwrap_or(problem);
+            RecipeError::at(&self.name, "", problem).in_line(position)
         })?;
         let fail = |path: String, problem: &str| self.locate(RecipeError::at(&self.name, path, problem));
         from_toml(toml::Value::Table(table), String::new()).map_err(|(path, problem)| fail(path, problem))
     }
+}
+
+/// What to write instead of what TOML does not take at a place: paths as Windows has them, and numbers that begin with a point.
+fn instead(text: &str, at: usize) -> Option<String> {
+    let start = text.get(..at)?.rfind('\n').map_or(0, |n| n + 1);
+    let line = text.get(start..)?.lines().next()?;
+    let (_, value) = line.split_once('=')?;
+    let value = value.trim();
+    if value.starts_with('"') && value.contains('\\') {
+        return Some(
+            "in double quotes \\ begins a sign of its own: write / in paths, or put them in single quotes"
+                .to_owned(),
+        );
+    }
+    let number: String = value.chars().take_while(|c| c.is_ascii_digit() || "+-.eE_".contains(*c)).collect();
+    let (sign, digits) = match number.strip_prefix(['-', '+']) {
+        Some(digits) => (&number[..1], digits),
+        None => ("", number.as_str()),
+    };
+    (digits.starts_with('.') && digits.len() > 1).then(|| format!("write {sign}0{digits}"))
 }
 
 /// A TOML value as a JSON one: TOML also has dates and infinite numbers, which no field takes.

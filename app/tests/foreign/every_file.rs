@@ -179,8 +179,10 @@ fn our_own_files_reach_a_fixed_point_in_any_unit_and_axes() {
         }
         LOFTSMAN.done(folder.path(), &["convert", &first, &once]);
         LOFTSMAN.done(folder.path(), &["convert", &once, &twice]);
-        let [once, twice] = [&paths[1], &paths[2]].map(|path| std::fs::read(path).unwrap());
-        assert!(once == twice, "{} in {unit}", input.display());
+        let [first, once, twice] = paths.each_ref().map(|path| std::fs::read(path).unwrap());
+        // Meshes of other programs may have a -0 that turning makes 0; what we cut has none.
+        let is_cut = !input_name.ends_with(".obj");
+        assert!((first == once || !is_cut) && once == twice, "{} in {unit}", input.display());
         done += 1;
     }
     assert!(done >= 40, "{done} of {}", inputs.len());

@@ -63,6 +63,11 @@ fn what_a_format_refuses_is_told_beforehand() {
     let problem = told["refused"].as_str().unwrap();
     assert!(refused.contains(problem), "{refused}: {problem}");
     assert!(bench.done(&["info", "part.obj", "--to", "csv"]).contains("a conversion to points is refused"));
+    // So it is where every object is one that the format has not.
+    let refused = bench.fails(&["convert", "part.obj", "part.igs"], 1, &["nothing would be in it"]);
+    let told = bench.json(&["info", "part.obj", "--to", "igs"])["conversion"].clone();
+    assert!(refused.contains(told["refused"].as_str().unwrap()), "{refused}: {told}");
+    assert_eq!(told["losses"], serde_json::json!([]));
     let notes = bench.json(&["convert", "part.obj", "part.glb"])["notes"].clone();
     let told = bench.json(&["info", "part.obj", "--to", "glb"])["conversion"]["losses"].clone();
     let told = told.as_array().unwrap();

@@ -177,7 +177,7 @@ fn the_unit_of_a_recipe_without_input_is_converted() {
     let told = bench.done(&["convert", "c.loft.json", "mm.glb", "--unit", "mm"]);
     assert!((reach("mm.glb") / 30.0 - 1.0).abs() < 1e-6, "{}", reach("mm.glb"));
     assert!(
-        told.contains("numbers go out in mm, as asked for, and other programs take them for m"),
+        told.contains("numbers go out in the unit mm, as asked for, and other programs take them for m"),
         "{told}"
     );
 }

@@ -235,6 +235,30 @@ fn meshes_and_trimmed_surfaces_go_to_step_and_come_back() {
     }
 }
 
+/// What a solid with faces of several colours has become in glTF is the same once it is read and written again, byte for byte: colours, seen from both sides, and
+/// no -0.
+#[test]
+fn faces_of_several_colours_are_written_alike_again() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["io1-cm-214.stp", "as1-oc-214.stp", "red_cube_blue_cylinder.step"] {
+        LOFTSMAN.done(folder.path(), &["convert", &data(name), "first.glb"]);
+        LOFTSMAN.done(folder.path(), &["convert", "first.glb", "second.glb"]);
+        let [first, second] =
+            ["first.glb", "second.glb"].map(|file| std::fs::read(folder.path().join(file)).unwrap());
+        assert!(first == second, "{name}");
+        let told: Value = {
+            // Behind twelve bytes, and the length and type of the chunk.
+            let length = u32::from_le_bytes(second[12..16].try_into().unwrap()) as usize;
+            serde_json::from_slice(&second[20..20 + length]).unwrap()
+        };
+        let materials = told["materials"].as_array().unwrap();
+        assert!(
+            materials.iter().all(|m| m["doubleSided"] == true && m["extras"]["loftsman"] == "color"),
+            "{name}"
+        );
+    }
+}
+
 /// A plane that was moved away from its edges: `info` says by how much, in words and as data.
 #[test]
 fn edges_off_their_faces_are_told() {

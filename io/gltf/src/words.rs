@@ -17,6 +17,9 @@ pub(crate) const MESH_NAME: &str = "gltf mesh name";
 pub(crate) const UNNAMED: &str = "gltf unnamed";
 pub(crate) const MATERIAL: &str = "gltf material";
 
+/// What [`MATERIAL`] says of a material that our writer made for a colour, one of several of an object.
+pub(crate) const COLOR: &str = "color";
+
 /// What a picture is called that has no name: of the whole document.
 pub(crate) const UNNAMED_IMAGE: &str = "gltf unnamed image";
 

@@ -143,7 +143,8 @@ pub(crate) fn place(
 ) -> Placed {
     let rows = labels.iter().filter(|label| label.row.is_some()).map(|label| label.anchor);
     let spots = rows.take(Numbers::MOST).collect();
-    let mut page = Page { ink, free: Free::of(ink), spots, placed: Vec::new(), leaders: Vec::new() };
+    let anchors = labels.iter().map(|label| label.anchor).take(Numbers::MOST).collect();
+    let mut page = Page { spots, anchors, ..Page::clean(ink) };
     let mut found = Placed::default();
     let mut order: Vec<&Label> = labels.iter().collect();
     // What has to be said has the first choice. The sort is stable: else they come as they are given.
@@ -219,9 +220,7 @@ pub(crate) struct Room<'a> {
 impl<'a> Room<'a> {
     /// The room that ink leaves.
     pub(crate) fn on(ink: &'a Ink) -> Self {
-        let page =
-            Page { ink, free: Free::of(ink), spots: Vec::new(), placed: Vec::new(), leaders: Vec::new() };
-        Self { page }
+        Self { page: Page::clean(ink) }
     }
 
     /// How far off a label has to stand; `None` where it has no place.
@@ -249,8 +248,23 @@ struct Page<'a> {
     free: Free,
     /// The spots of the numbers of rows.
     spots: Vec<Spot>,
+    /// The spots of all labels: a leader that ran over one would seem to end there.
+    anchors: Vec<Spot>,
     placed: Vec<Rect>,
     leaders: Vec<[Spot; 2]>,
+    /// From the ends of leaders to the middles of their labels.
+    gaps: Vec<[Spot; 2]>,
+}
+
+/// A leader keeps so far from spots that are not its own, in millimetres.
+const PAST: f64 = 1.2;
+
+impl<'a> Page<'a> {
+    fn clean(ink: &'a Ink) -> Self {
+        let (spots, anchors) = (Vec::new(), Vec::new());
+        let (leaders, gaps) = (Vec::new(), Vec::new());
+        Self { ink, free: Free::of(ink), spots, anchors, placed: Vec::new(), leaders, gaps }
+    }
 }
 
 impl Page<'_> {
@@ -283,8 +297,14 @@ impl Page<'_> {
     fn crossed(&self, label: &Label, rect: &Rect, radius: f64) -> f64 {
         let Some([start, end]) = leader(label, rect, radius) else { return 0.0 };
         let through = self.placed.iter().filter(|other| meets([start, end], other)).count();
-        let over = self.leaders.iter().filter(|other| cross([start, end], **other)).count();
-        self.ink.crossed(start, end) + 1000.0 * (through + over) as f64
+        // Between a leader and its words is no way through either.
+        let gap = [end, middle(rect)];
+        let meets_leader = |other: &&[Spot; 2]| cross([start, end], **other) || cross(gap, **other);
+        let over = self.leaders.iter().filter(meets_leader).count()
+            + self.gaps.iter().filter(|other| cross([start, end], **other)).count();
+        let own = |spot: &Spot| (spot[0] - label.anchor[0]).hypot(spot[1] - label.anchor[1]) <= PAST;
+        let past = self.anchors.iter().filter(|spot| !own(spot) && off([start, end], **spot) < PAST).count();
+        self.ink.crossed(start, end) + 1000.0 * (through + over + past) as f64
     }
 
     /// The best of the places around its anchor.
@@ -339,7 +359,9 @@ impl Page<'_> {
 
     /// Puts a label there.
     fn take(&mut self, label: &Label, (rect, radius): (Rect, f64), theme: Theme, halo: bool) -> String {
-        self.leaders.extend(leader(label, &rect, radius));
+        let drawn = leader(label, &rect, radius);
+        self.leaders.extend(drawn);
+        self.gaps.extend(drawn.map(|[_, end]| [end, middle(&rect)]));
         // Two numbers beside one another would be read as one.
         let is_number = label.lines.iter().all(|line| line.bytes().all(|b| b.is_ascii_digit()));
         self.placed.push(rect.grown(if is_number && label.row.is_none() { SIZE / 2.0 } else { 0.4 }));
@@ -390,6 +412,19 @@ fn meets([from, to]: [Spot; 2], rect: &Rect) -> bool {
         (start, end) = (start.max(a.min(b)), end.min(a.max(b)));
     }
     start <= end
+}
+
+/// The middle of a box.
+fn middle(rect: &Rect) -> Spot {
+    [0, 1].map(|i| (rect.low[i] + rect.high[i]) / 2.0)
+}
+
+/// How far a spot is from a segment.
+fn off([from, to]: [Spot; 2], spot: Spot) -> f64 {
+    let [d, e] = [[to[0] - from[0], to[1] - from[1]], [spot[0] - from[0], spot[1] - from[1]]];
+    let square = d[0] * d[0] + d[1] * d[1];
+    let share = if square > 0.0 { ((d[0] * e[0] + d[1] * e[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
+    (e[0] - share * d[0]).hypot(e[1] - share * d[1])
 }
 
 /// Whether two segments cross.

@@ -193,8 +193,8 @@ impl Why {
     }
 }
 
-/// A note names so many objects at most.
-const LISTED: usize = 4;
+/// A note names so many parts at most.
+const LISTED: usize = 12;
 
 /// What colours of faces mean.
 #[derive(Debug)]
@@ -356,8 +356,8 @@ impl Caption {
         }
     }
 
-    /// All notes: what was said, and what is thinned out, in a sentence for each reason.
-    pub(crate) fn all_notes(&self) -> Vec<String> {
+    /// All notes: what was said, and what is thinned out, in a sentence for each reason; of its parts as many, whole, as `fit`, and how many more there are.
+    pub(crate) fn all_notes(&self, fits: impl Fn(&str) -> bool) -> Vec<String> {
         let mut notes = self.notes.clone();
         let mut said: Vec<Why> = Vec::new();
         for Thinned { why, .. } in &self.thinned {
@@ -366,34 +366,29 @@ impl Caption {
             }
             said.push(*why);
             let list: Vec<&Thinned> = self.thinned.iter().filter(|other| other.why == *why).collect();
-            let place = |of: &Thinned| match &of.drawing {
-                Some(drawing) => format!("{} in \"{drawing}\"", of.count),
-                None => of.count.clone(),
+            let only = list.first().filter(|first| list.iter().all(|other| other.object == first.object));
+            let only =
+                only.filter(|_| matches!(why, Why::Close(_))).map(|only| text::clipped(&only.object, 30));
+            let part = |of: &&Thinned| {
+                let whose = match only {
+                    Some(_) => String::new(),
+                    None => format!(" of {}", text::clipped(&of.object, 30)),
+                };
+                let place =
+                    of.drawing.as_ref().map(|drawing| format!(" in \"{drawing}\"")).unwrap_or_default();
+                format!("{}{whose}{place}", of.count)
             };
-            let of = |object: &str| {
-                let all: Vec<String> =
-                    list.iter().filter(|other| other.object == object).map(|other| place(other)).collect();
-                all.join(", ")
+            // Whole parts: half a number is another.
+            let parts: Vec<String> = list.iter().take(LISTED).map(part).collect();
+            let told = |count: usize| {
+                let more = match list.len() - count {
+                    0 => String::new(),
+                    more => format!(" and {more} more"),
+                };
+                why.words(only.as_deref(), &format!("{}{more}", parts[..count].join(", ")))
             };
-            let mut objects: Vec<&str> = Vec::new();
-            for Thinned { object, .. } in &list {
-                if !objects.contains(&object.as_str()) {
-                    objects.push(object);
-                }
-                if objects.len() > LISTED {
-                    break;
-                }
-            }
-            if let ([only], Why::Close(_)) = (&objects[..], why) {
-                notes.push(why.words(Some(&text::clipped(only, 30)), &of(only)));
-                continue;
-            }
-            let named = |object: &&str| format!("{} of {}", of(object), text::clipped(object, 30));
-            let mut words: Vec<String> = objects.iter().take(LISTED).map(named).collect();
-            if objects.len() > LISTED {
-                words.push("and so on".to_owned());
-            }
-            notes.push(why.words(None, &words.join(", ")));
+            let count = (1..=parts.len()).rev().find(|&count| fits(&told(count)));
+            notes.push(told(count.unwrap_or(parts.len().min(1))));
         }
         notes
     }

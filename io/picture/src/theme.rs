@@ -80,11 +80,16 @@ impl Theme {
     pub(crate) fn object(self, index: usize, own: Option<[f64; 4]>) -> Color {
         let Some(own) = own else {
             let color = PALETTE[index % PALETTE.len()];
-            // The next six are darker, six more lighter, before colours come again.
-            let color = match index / PALETTE.len() % 3 {
-                0 => color,
-                1 => color.mixed(Color([0; 3]), 0.4),
-                _ => color.mixed(Color([255; 3]), 0.5),
+            // The next six are darker, six more lighter, before colours come again; on a dark screen the other way round, where faces are dark and
+            // what is darker is not seen on them.
+            let darker = |share: f64| color.mixed(Color([0; 3]), share);
+            let lighter = |share: f64| color.mixed(Color([255; 3]), share);
+            let color = match (index / PALETTE.len() % 3, self) {
+                (0, _) => color,
+                (1, Self::Light) => darker(0.4),
+                (1, Self::Dark) => lighter(0.6),
+                (_, Self::Light) => lighter(0.5),
+                (_, Self::Dark) => darker(0.35),
             };
             // The palette is made for print; on a dark screen it needs more light.
             return if self == Self::Dark { color.mixed(self.ink(), 0.2) } else { color };
@@ -100,15 +105,19 @@ impl Theme {
         color
     }
 
-    /// The colour of an object's state before the step: the same, much lighter.
+    /// The colour of an object's state before the step: the same, much lighter; on dark paper greyer.
     pub(crate) fn old(self, color: Color) -> Color {
-        color.mixed(Color([128, 128, 128]), 0.6).mixed(self.paper(), 0.45)
+        match self {
+            Self::Light => color.mixed(Color([128, 128, 128]), 0.6).mixed(self.paper(), 0.45),
+            // Nearly grey, so that it is told from frames, and lighter than faces.
+            Self::Dark => color.mixed(Color([150, 150, 150]), 0.75).mixed(self.paper(), 0.1),
+        }
     }
 
     /// An earlier frame of what has a colour: of a `share` from 0 (the first) to 1 (the last), the fainter (nearer to the paper) the earlier,
     /// on dark paper as on light. The first can still be seen, the last has nearly the colour itself, so that those between are told apart.
     pub(crate) fn frame(self, color: Color, share: f64) -> Color {
-        let (first, last) = if self == Self::Light { (0.77, 0.2) } else { (0.72, 0.1) };
+        let (first, last) = if self == Self::Light { (0.77, 0.2) } else { (0.64, 0.02) };
         color.mixed(self.paper(), first + (last - first) * share.clamp(0.0, 1.0))
     }
 
@@ -152,6 +161,10 @@ mod tests {
                 let frames: Vec<Color> = (0..6).map(|k| theme.frame(*color, f64::from(k) / 5.0)).collect();
                 assert!(apart(frames[0], theme.paper()) >= 30, "{theme:?} {}", frames[0].hex());
                 assert!(frames.windows(2).all(|w| apart(w[0], w[1]) >= 15), "{theme:?}");
+                let old = theme.old(*color);
+                let faces = [0.0, 0.5, 1.0].map(|light| theme.lit(*color, light));
+                assert!(faces.iter().all(|face| apart(old, *face) >= 20), "{theme:?} {}", old.hex());
+                assert!(frames.iter().all(|frame| apart(old, *frame) >= 12), "{theme:?} {}", old.hex());
                 let off = |frame: &Color| (frame.lightness() - theme.paper().lightness()).abs();
                 assert!(
                     frames.windows(2).all(|w| off(&w[0]) < off(&w[1])),

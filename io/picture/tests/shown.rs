@@ -335,12 +335,12 @@ fn vertices_that_are_left_out_are_told_in_one_sentence() {
         words.starts_with("control vertices too close to be told apart are left out: drawn are 2"),
         "{words}"
     );
-    assert!(words.contains(" of 100 of c0, ") && words.contains(", and so on"), "{words}");
+    assert!(words.contains(" of 100 of c0, ") && words.contains(" and 3 more"), "{words}");
     assert_eq!(words.matches("too close").count(), 1, "{words}");
     let panels =
         ["c0", "c1"].map(|name| Panel::view(View::Top).caption(format!("the {name}")).objects([name]));
     let words = said(&Picture::of(&all).panels(panels));
-    assert!(words.contains(" of 100 in \"the c0\" of c0, "), "{words}");
+    assert!(words.contains(" of 100 of c0 in \"the c0\", "), "{words}");
     let words = said(&Picture::of(&scene(dense(0.0))));
     assert!(words.starts_with("c: ") && words.contains(" of 100 control vertices are drawn"), "{words}");
 }

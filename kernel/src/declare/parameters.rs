@@ -148,8 +148,9 @@ impl Parameters {
     /// When it is missing or not a whole number.
     pub fn integer(&self, name: &str) -> Result<i64> {
         let value = self.need(name)?;
-        integer_of(value)
-            .ok_or_else(|| self.error(name, format!("{} where a whole number is needed", short(value))))
+        integer_of(value).ok_or_else(|| {
+            self.error(name, format!("{} where a whole number is needed{}", short(value), meant(value)))
+        })
     }
 
     /// A whole number that is not negative.
@@ -430,6 +431,14 @@ fn clip(text: &str) -> String {
     } else {
         text.to_owned()
     }
+}
+
+/// The number that a text where one is needed probably means: `: write 2` for `"2"` and for `"G2"`.
+fn meant(value: &Value) -> String {
+    let Value::String(text) = value else { return String::new() };
+    let text = text.trim();
+    let number = text.strip_prefix(['G', 'g', 'C', 'c']).unwrap_or(text);
+    number.parse::<i64>().map(|number| format!(": write {number}")).unwrap_or_default()
 }
 
 fn short(value: &Value) -> String {

@@ -116,6 +116,11 @@ pub(super) fn localise_beside(
     kept: &Kept<'_>,
 ) -> Result<(Box<dyn Shape>, Vec<usize>)> {
     let [Interval { start: a, end: b, .. }] = curve.domain()[..] else { return Err(no_curve()) };
+    if end < start {
+        return Err(Error::Invalid(format!(
+            "the interval [{start}, {end}] runs backwards: its ends are the wrong way round, exchange them"
+        )));
+    }
     if !(start >= a && end <= b && start < u && u < end) {
         return Err(Error::Invalid(format!(
             "the interval [{start}, {end}] must lie in the domain [{a}, {b}] and have {u} inside"

@@ -36,5 +36,6 @@ pub use operation::{
 };
 pub use registry::{Plugin, Registry};
 pub use step::{
-    SceneShapes, SeenShapes, ask_once, editable, object_name, other_object_name, put_back, shape_of,
+    SceneShapes, SeenShapes, ask_once, editable, object_among, object_name, object_names, other_object_name,
+    put_back, shape_of,
 };

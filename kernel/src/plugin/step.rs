@@ -1,6 +1,7 @@
 //! What operations on shapes share: the objects that a step is about, as shapes of a problem, and the way back into the scene.
 
 use std::any::Any;
+use std::collections::HashSet;
 
 use super::{Frames, ParameterError, Parameters};
 use crate::brep::{Brep, Moving};
@@ -158,6 +159,56 @@ fn none(scene: &Scene, beside: Option<&str>, what: &str) -> String {
     told
 }
 
+/// The objects that a field lists by their names, each once. A name that ends in `*`, and that no object has, stands for all objects that begin so and that
+/// `fit`, in the order of the scene. `O(names + objects)` for each such name.
+///
+/// # Errors
+/// When the field is no list of texts, or empty, names an object twice, or no object that fits begins so.
+pub fn object_names(
+    scene: &Scene,
+    parameters: &Parameters,
+    field: &str,
+    fits: impl Fn(&Geometry) -> bool,
+) -> Result<Vec<String>, ParameterError> {
+    let mut names: Vec<String> = Vec::new();
+    let mut seen: HashSet<String> = HashSet::new();
+    for (i, value) in parameters.list(field)?.iter().enumerate() {
+        let Some(name) = value.as_str() else {
+            let problem = format!("entry {i} is {value}, where the name of an object is needed");
+            return Err(parameters.error(field, problem));
+        };
+        let stem = name.strip_suffix('*').filter(|_| scene.get(name).is_none());
+        let Some(stem) = stem else {
+            if !seen.insert(name.to_owned()) {
+                return Err(parameters.error(field, format!("\"{}\" is named twice", clip(name))));
+            }
+            names.push(name.to_owned());
+            continue;
+        };
+        let begin = scene.objects().iter().filter(|o| o.name().starts_with(stem));
+        let (fitting, others): (Vec<&Object>, Vec<&Object>) = begin.partition(|o| fits(o.geometry()));
+        if fitting.is_empty() {
+            let stem = clip(stem);
+            let problem = match others.first() {
+                None => format!("no object's name begins with \"{stem}\""),
+                Some(other) => format!(
+                    "of what begins with \"{stem}\" nothing fits: \"{}\" is {}",
+                    clip(other.name()),
+                    a(&other.geometry().noun())
+                ),
+            };
+            return Err(parameters.error(field, problem));
+        }
+        // Those that are named beside it are there already.
+        let new = fitting.into_iter().map(|o| o.name().to_owned()).filter(|name| seen.insert(name.clone()));
+        names.extend(new);
+    }
+    if names.is_empty() {
+        return Err(parameters.error(field, "is empty: name an object at least"));
+    }
+    Ok(names)
+}
+
 /// The object that a step is about: the one that its field `object` names, or the only one that `fits`; `what` says
 /// in messages what fits.
 ///
@@ -198,9 +249,35 @@ fn named_or_only(
         scene.object(name).map_err(|e| parameters.error("object", e.to_string()))?;
         return Ok(name.to_owned());
     }
-    let others = scene.objects().iter().filter(|o| Some(o.name()) != beside);
-    let fitting: Vec<&str> =
-        others.filter(|o| fits(o.geometry())).map(|o| o.name()).take(NAMED + 1).collect();
+    let others = scene.objects().iter().filter(|o| Some(o.name()) != beside && fits(o.geometry()));
+    only_of(scene, parameters, beside, others.map(Object::name), what)
+}
+
+/// The object that a step is about: the one that its field `object` names, or the only one of those whose `names` are given; `what` says in messages
+/// what fits. For operations that ask more of an object than its geometry tells.
+///
+/// # Errors
+/// When there is no such object, none in the list, or more than one.
+pub fn object_among<'a>(
+    scene: &Scene,
+    parameters: &Parameters,
+    names: impl IntoIterator<Item = &'a str>,
+    what: &str,
+) -> Result<String, ParameterError> {
+    if parameters.has("object") {
+        return object_name(scene, parameters, |_| true, what);
+    }
+    only_of(scene, parameters, None, names, what)
+}
+
+fn only_of<'a>(
+    scene: &Scene,
+    parameters: &Parameters,
+    beside: Option<&str>,
+    fitting: impl IntoIterator<Item = &'a str>,
+    what: &str,
+) -> Result<String, ParameterError> {
+    let fitting: Vec<&str> = fitting.into_iter().take(NAMED + 1).collect();
     match fitting[..] {
         [only] => Ok(only.to_owned()),
         [] => Err(parameters.error("", none(scene, beside, what))),

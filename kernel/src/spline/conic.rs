@@ -89,6 +89,11 @@ impl Curve {
         let direction = unit(direction, "direction of the axis")?;
         let foot = on_axis + direction * direction.dot(&(from - on_axis));
         let x = from - foot;
+        if x == Vector::zeros() {
+            return Err(Error::Invalid(
+                "the arc would start on the axis that it turns about, and so stand still: move its start, or the axis".into(),
+            ));
+        }
         Self::elliptic_arc(foot, x, direction.cross(&x), 0.0, sweep)
     }
 }

@@ -1,4 +1,4 @@
-//! `edge`: an edge of a surface or a Brep as a curve, exactly.
+//! `edge`: an edge of a surface or a Brep as a curve, exactly, or a piece of the border of a trimmed surface.
 
 use loftsman_kernel::Point;
 use loftsman_kernel::brep::Brep;
@@ -6,20 +6,23 @@ use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::Edge;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters, StepReport,
-    object_name,
+    in_own_coordinates, object_name,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::edges_of;
 use loftsman_kernel::spline::{Curve, Trimmed};
-use loftsman_kernel::text::a;
+use loftsman_kernel::text::{a, without_rounding};
 use loftsman_kernel::topology::EdgeCurve;
 
-use crate::fields::{NAME, free_name, like, made, named};
+use crate::fields::{NAME, free_name, length, like, made, named};
 
 /// Edges whose distances differ by less than this part of the larger one, or of the size of the coordinates, are as near.
 const AS_NEAR: f64 = 1e-9;
+/// How far a border may be from where it should be where nobody says, as a part of the size of the surface.
+const NEAR: f64 = 1e-7;
 
-/// The operation `edge`: [`EdgeCurve::of`], or the part of its curve that an edge of a Brep is.
+/// The operation `edge`: [`EdgeCurve::of`], or the part of its curve that an edge of a Brep is, or what a curve of a trimmed surface's loops is in space
+/// ([`ParameterCurve::on`](loftsman_kernel::spline::trimmed::ParameterCurve::on)).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct EdgeOf;
 
@@ -29,14 +32,20 @@ impl Operation for EdgeOf {
             Field::optional("object", "text", "the only shape with edges", "the surface or brep"),
             Field::required(
                 "edge",
-                "\"u0\" | \"u1\" | \"v0\" | \"v1\" | \"edge 3\" | { closest = [x, y, z] }",
-                "the edge: where u or v starts or ends, of a brep its number, or the one that comes nearest to a point",
+                "\"u0\" | \"u1\" | \"v0\" | \"v1\" | \"edge 3\" | \"border 2\" | { closest = [x, y, z] }",
+                "the edge: where u or v starts or ends, of a brep its number, of a trimmed surface a curve of its loops by its number, or the one that comes nearest to a point",
+            ),
+            Field::optional(
+                "tolerance",
+                "length",
+                "1e-7 of its size",
+                "how far the border of a trimmed surface may be from where it should be, where it is not exact",
             ),
             NAME,
         ];
         Declaration {
             name: "edge",
-            help: "add an edge of a surface or brep as a curve, exactly; reports its length",
+            help: "add an edge of a surface or brep as a curve, exactly, or a piece of the border of a trimmed surface, exactly or within a tolerance; reports its length",
             fields: FIELDS,
         }
     }
@@ -62,6 +71,16 @@ impl Operation for EdgeOf {
             );
             p.error("object", problem)
         })?;
+        if let Geometry::Trimmed(trimmed) = geometry
+            && let Some(asked) = Wanted::of(trimmed, p)?
+        {
+            let trimmed = trimmed.clone();
+            return border(scene, &source, &trimmed, asked, p);
+        }
+        if p.has("tolerance") {
+            let problem = "an edge is exact: leave it out (it is for the border of a trimmed surface)";
+            return Err(p.error("tolerance", problem).into());
+        }
         let index = match p.value("edge") {
             Some(value) if value.is_object() => {
                 let place = p.table("edge")?;
@@ -87,6 +106,115 @@ impl Operation for EdgeOf {
     }
 }
 
+/// Which piece of the border of a trimmed surface is meant.
+enum Wanted {
+    Number(usize),
+    Closest(Point),
+}
+
+impl Wanted {
+    /// `border 2`, or the piece nearest to a point; `None` where it is an edge of the surface that carries it.
+    fn of(trimmed: &Trimmed, p: &Parameters) -> Result<Option<Self>, ParameterError> {
+        if p.value("edge").is_some_and(|value| value.is_object()) {
+            if trimmed.regions().is_empty() {
+                return Ok(None);
+            }
+            let place = p.table("edge")?;
+            place.check(&[Field::required("closest", "[x, y, z]", "a point")])?;
+            return Ok(Some(Self::Closest(place.point("closest")?)));
+        }
+        let number = p.text("edge")?.strip_prefix("border ").and_then(|number| number.parse().ok());
+        Ok(number.map(Self::Number))
+    }
+}
+
+/// Adds a piece of the border of a trimmed surface: a curve of its loops on the surface, exactly or within a tolerance. All of them are brought there
+/// where the nearest is asked for.
+fn border(
+    scene: &mut Scene,
+    source: &str,
+    trimmed: &Trimmed,
+    wanted: Wanted,
+    p: &Parameters,
+) -> Result<StepReport, OperationError> {
+    let net = trimmed.surface().points();
+    let extent = net.iter().map(|point| (point - net[0]).amax()).fold(0.0, f64::max);
+    let tolerance = if p.has("tolerance") { length(p, "tolerance")? } else { NEAR * extent };
+    let part = trimmed.part().map_err(named(source))?;
+    let pieces = part.border();
+    let lifted = |index: usize| pieces[index].on(trimmed.surface(), tolerance).map_err(named(source));
+    let mut notes = Vec::new();
+    let (index, found) = match wanted {
+        Wanted::Number(index) if index < pieces.len() => (index, lifted(index)?),
+        Wanted::Number(index) => {
+            let problem = match pieces.len().checked_sub(1) {
+                None => format!(
+                    "there is no border {index}: no loop bounds \"{source}\"; its edges are u0, u1, v0 and v1"
+                ),
+                Some(last) => format!(
+                    "there is no border {index}: the loops of \"{source}\" are \"border 0\" to \"border {last}\"; {{ closest = [x, y, z] }} is the one nearest to a point"
+                ),
+            };
+            return Err(p.error("edge", problem).into());
+        }
+        Wanted::Closest(point) => {
+            let mut all = Vec::with_capacity(pieces.len());
+            for index in 0..pieces.len() {
+                let found = lifted(index)?;
+                all.push((found.curve.closest(point).map_err(named(source))?.distance, found));
+            }
+            let best = (0..all.len()).min_by(|&a, &b| all[a].0.total_cmp(&all[b].0));
+            let Some(best) = best else {
+                return Err(p.error("edge", format!("\"{source}\" has no border")).into());
+            };
+            let away = all[best].0;
+            let others = as_near(all.iter().map(|(distance, _)| *distance), away, point);
+            notes.push(nearest_note(scene, &format!("border {best}"), away, point, others));
+            (best, all.swap_remove(best).1)
+        }
+    };
+    let longer = scene.standing(source)?.most();
+    notes.push(match found.deviation {
+        None => "exact".to_owned(),
+        Some(off) => {
+            let size = net.iter().map(|point| point.coords.amax()).fold(0.0, f64::max);
+            format!(
+                "{} from where it should be at most, measured; {} were allowed",
+                scene.unit.quantity(longer * without_rounding(off, size), 1),
+                scene.unit.quantity(longer * tolerance, 1)
+            )
+        }
+    });
+    notes.extend(in_own_coordinates(scene, source, p, &[], &["tolerance"])?);
+    let name = free_name(scene, p, &format!("{source} border {index}"))?;
+    let object = like(scene, source, &name, found.curve.into());
+    scene.add(object)?;
+    let mut report = made("edge", name, notes);
+    report.numbers.insert("border".into(), index.into());
+    if let Some(off) = found.deviation {
+        report.numbers.insert("deviation".into(), (longer * off).into());
+        report.numbers.insert("tolerance".into(), (longer * tolerance).into());
+    }
+    Ok(report)
+}
+
+/// How many more distances are the least but for rounding.
+fn as_near(distances: impl Iterator<Item = f64>, least: f64, point: Point) -> usize {
+    let size = point.coords.amax().max(least);
+    distances.filter(|&d| d <= least + AS_NEAR * size).count().saturating_sub(1)
+}
+
+/// What is said of an edge that a point stands for.
+fn nearest_note(scene: &Scene, called: &str, away: f64, point: Point, others: usize) -> String {
+    let more = match others {
+        0 => String::new(),
+        1 => "; another is as near".to_owned(),
+        more => format!("; {more} others are as near"),
+    };
+    let away = scene.unit.quantity(without_rounding(away, point.coords.amax().max(away)), 1);
+    format!("{called} comes nearest to the point: {away} away{more}")
+}
+
 /// At so many places of an edge it is asked whether loops leave it; those that are further from what they leave than this part of its size are cut away.
 const PLACES: u32 = 64;
 const LEFT: f64 = 1e-6;
@@ -107,7 +235,7 @@ fn left_of(trimmed: &Trimmed, edge: &Curve, called: &str) -> loftsman_kernel::Re
             Some(format!("{called} of the surface that carries it, of which its loops leave nothing"))
         }
         _ => Some(format!(
-            "{called} of the surface that carries it, whole: its loops leave only a part of that"
+            "{called} of the surface that carries it, whole: its loops leave only a part of that; {{ closest = [x, y, z] }} or \"border 0\" are of these"
         )),
     })
 }
@@ -170,15 +298,8 @@ impl<'a> Edges<'a> {
         let Some(best) = best else {
             return Err(p.error("edge", format!("\"{source}\" has no edges")).into());
         };
-        let size = point.coords.amax().max(found[best]);
-        let as_near = found.iter().filter(|&&d| d <= found[best] + AS_NEAR * size).count() - 1;
-        let more = match as_near {
-            0 => String::new(),
-            1 => "; another is as near".to_owned(),
-            more => format!("; {more} others are as near"),
-        };
-        let away = scene.unit.quantity(loftsman_kernel::text::without_rounding(found[best], size), 1);
-        Ok((best, format!("{} comes nearest to the point: {away} away{more}", self.name(best))))
+        let others = as_near(found.iter().copied(), found[best], point);
+        Ok((best, nearest_note(scene, &self.name(best), found[best], point, others)))
     }
 
     /// The edge as messages call it: `edge u1`, `edge 3`.

@@ -63,8 +63,11 @@ pub(crate) fn free_name(scene: &Scene, p: &Parameters, wanted: &str) -> Result<S
         return Ok(scene.unique_name(wanted));
     }
     let name = p.text("name")?;
-    if name.is_empty() || scene.get(name).is_some() {
-        return Err(p.error("name", format!("\"{name}\" is taken or empty: choose another")));
+    if name.is_empty() {
+        return Err(p.error("name", "is empty: give a name, or leave the field out"));
+    }
+    if scene.get(name).is_some() {
+        return Err(p.error("name", format!("there is an object \"{name}\" already: choose another name")));
     }
     Ok(name.to_owned())
 }

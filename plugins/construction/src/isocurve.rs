@@ -53,6 +53,12 @@ impl Operation for Isocurve {
     ) -> Result<StepReport, OperationError> {
         p.check(self.declaration().fields)?;
         let source = object_name(scene, p, |g| matches!(g, Geometry::Surface(_)), "surface")?;
+        if let Geometry::Trimmed(_) = scene.object(&source)?.geometry() {
+            let problem = format!(
+                "\"{source}\" is a trimmed surface: have the whole of what carries it by `untrim` first, or its border by `edge`"
+            );
+            return Err(p.error("object", problem).into());
+        }
         let surface = scene.surface(&source).map_err(|e| p.error("object", e.to_string()))?.clone();
         let mut changed = scene.clone();
         let (mut first, mut notes) = (None, Vec::new());
@@ -113,6 +119,9 @@ fn through(p: &Parameters) -> Result<[Option<f64>; 2], ParameterError> {
         (true, Some(direction)) => {
             let at = p.number("at")?;
             Ok(if direction == 0 { [Some(at), None] } else { [None, Some(at)] })
+        }
+        (true, None) if p.value("at").is_some_and(|value| value.is_object()) => {
+            Err(p.error("at", "a place of a surface is [u, v] or { closest = [x, y, z] }"))
         }
         (true, None) => match p.numbers("at")?[..] {
             [u, v] => Ok([Some(u), Some(v)]),

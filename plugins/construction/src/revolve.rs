@@ -18,6 +18,8 @@ const ON_AXIS: f64 = 1e-14;
 
 /// The sine of an angle that is rounding of a direction.
 const ALONG: f64 = 1e-9;
+/// Places of a span of a profile by which it is told which way round it runs.
+const INWARDS: usize = 32;
 
 /// The operation `revolve`: [`Surface::revolution`].
 #[derive(Debug, Clone, Copy, Default)]
@@ -88,7 +90,12 @@ impl Operation for Revolve {
             u.len(),
             v.len()
         )];
-        notes.extend(crossed(curve, point, axis)?);
+        let crossing = crossed(curve, point, axis)?;
+        let bounds_a_volume = crossing.is_none() && sweep.abs() >= std::f64::consts::TAU && closes(curve);
+        notes.extend(crossing);
+        if bounds_a_volume && inwards(curve, point, axis, sweep)? {
+            notes.push("its faces look inwards, as the profile runs: turn that round by `reverse`, or say degrees = -360".into());
+        }
         notes.extend(in_own_coordinates(scene, &source, p, &["point", "axis"], &[])?);
         let surface = Geometry::from(surface);
         let area = match scene.standing(&source)?.seen(&surface)?.as_ref() {
@@ -99,6 +106,41 @@ impl Operation for Revolve {
         scene.add(object)?;
         Ok(StepReport { area, ..made("revolve", name, notes) })
     }
+}
+
+/// Whether a profile that is turned bounds a volume: it closes, or both its ends lie on the axis, which is for who asks to say.
+fn closes(curve: &Curve) -> bool {
+    let (start, end) = curve.domain();
+    let size = curve.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+    let ends = curve.point(start).and_then(|a| Ok((curve.point(end)? - a).amax()));
+    curve.is_periodic() || ends.is_ok_and(|apart| apart <= ON_AXIS * size)
+}
+
+/// Whether the faces of a closed profile's surface, a full turn by `sweep`, look inwards: by the sign of the area that the profile goes round in the
+/// half plane of radius and height, `∮ r dz`; counterclockwise there, with the turn counterclockwise, they look outwards.
+fn inwards(curve: &Curve, point: Point, axis: Vector, sweep: f64) -> Result<bool, OperationError> {
+    let direction = (axis / axis.amax()).normalize();
+    // In cylinder coordinates, as the profile need not lie in a plane: (r, z).
+    let at = |p: Point| {
+        let arm = p - point;
+        let height = direction.dot(&arm);
+        ((arm - direction * height).norm(), height)
+    };
+    let mut twice = 0.0;
+    for span in curve.space().breakpoints().windows(2) {
+        let mut before = at(curve.point(span[0])?);
+        for k in 1..=INWARDS {
+            let u = if k == INWARDS {
+                span[1]
+            } else {
+                span[0] + (span[1] - span[0]) * k as f64 / INWARDS as f64
+            };
+            let here = at(curve.point(u)?);
+            twice += (before.0 + here.0) * (here.1 - before.1);
+            before = here;
+        }
+    }
+    Ok(twice * sweep < 0.0)
 }
 
 /// Whether all of a curve lies on an axis, to rounding.

@@ -4,7 +4,7 @@ use loftsman_kernel::error::{Error, Figure, Result};
 use loftsman_kernel::mesh::{Cloud, Polyline};
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, in_own_coordinates,
-    object_name,
+    object_name, object_names,
 };
 use loftsman_kernel::scene::{Geometry, Scene, Standing};
 use loftsman_kernel::spline::Curve;
@@ -17,6 +17,8 @@ use crate::primitives::curve_through;
 const ACCURACY: f64 = 1e-12;
 /// The most points: 240 MB.
 const MOST: usize = 10_000_000;
+/// Of so many curves it is told how long each is.
+const TOLD: usize = 8;
 /// Ends nearer than this part of the size are one, to rounding.
 const CLOSED: f64 = 1e-14;
 
@@ -125,7 +127,7 @@ impl Operation for Sample {
                 "objects",
                 "[text, …]",
                 "the one object",
-                "instead of object: several curves or polylines, each with points of its own",
+                "instead of object: several curves or polylines, each with points of its own; \"hair*\" is all whose names begin so",
             ),
             Field::optional(
                 "count",
@@ -161,7 +163,7 @@ impl Operation for Sample {
             if p.has("object") {
                 return Err(p.error("objects", "object is given, too: leave one of them out").into());
             }
-            ("objects", names(p, "objects")?)
+            ("objects", object_names(scene, p, "objects", fits)?)
         } else {
             ("object", vec![object_name(scene, p, fits, "curve or polyline")?])
         };
@@ -179,6 +181,7 @@ impl Operation for Sample {
         let unit = scene.unit;
         let (mut changed, mut notes) = (scene.clone(), Vec::new());
         let (mut first, mut lengths, mut spacings) = (None, Vec::new(), Vec::new());
+        let (mut shortest_of, mut longest_of) = (f64::INFINITY, 0.0_f64);
         for source in &sources {
             let curve = match scene.object(source).map_err(|e| p.error(whose, e.to_string()))?.geometry() {
                 Geometry::Curve(curve) => curve.clone(),
@@ -209,7 +212,10 @@ impl Operation for Sample {
                 String::new()
             };
             let spaced = format!("{range}{}", unit.quantity(spacing, 1));
-            if sources.len() > 1 {
+            if sources.len() > 1 && lengths.len() >= TOLD {
+                shortest_of = shortest_of.min(shortest);
+                longest_of = longest_of.max(spacing);
+            } else if sources.len() > 1 {
                 notes.push(format!(
                     "\"{source}\" is {} long: {count} points, {spaced} from each to the next along it",
                     unit.quantity(length, 1)
@@ -228,6 +234,12 @@ impl Operation for Sample {
             lengths.push(length);
             spacings.push(spacing);
         }
+        if lengths.len() > TOLD {
+            let (shortest, longest) = (unit.quantity(shortest_of, 1), unit.quantity(longest_of, 1));
+            let range = if shortest == longest { longest } else { format!("{shortest} to {longest}") };
+            notes
+                .push(format!("and {} more, {range} from each to the next along them", lengths.len() - TOLD));
+        }
         *scene = changed;
         let mut report = made("sample", first.unwrap_or_default(), notes);
         for (name, values) in [("length", lengths), ("spacing", spacings)] {
@@ -239,26 +251,6 @@ impl Operation for Sample {
         }
         Ok(report)
     }
-}
-
-/// Names of objects, each once.
-fn names(p: &Parameters, field: &str) -> std::result::Result<Vec<String>, OperationError> {
-    let mut names: Vec<String> = Vec::new();
-    for (i, value) in p.list(field)?.iter().enumerate() {
-        let Some(name) = value.as_str() else {
-            let problem = format!("entry {i} is {value}, where the name of an object is needed");
-            return Err(p.error(field, problem).into());
-        };
-        names.push(name.to_owned());
-    }
-    let mut seen = std::collections::HashSet::new();
-    if let Some(twice) = names.iter().find(|name| !seen.insert(name.as_str())) {
-        return Err(p.error(field, format!("\"{twice}\" is named twice")).into());
-    }
-    if names.is_empty() {
-        return Err(p.error(field, "is empty: name an object at least").into());
-    }
-    Ok(names)
 }
 
 #[cfg(test)]

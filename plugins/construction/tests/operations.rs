@@ -6,7 +6,8 @@ use loftsman_kernel::brep::Brep;
 use loftsman_kernel::mesh::{Cloud, Polyline};
 use loftsman_kernel::plugin::{Context, Parameters, Registry, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
-use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
+use loftsman_kernel::spline::trimmed::{ParameterCurve, Region};
+use loftsman_kernel::spline::{Curve, Direction, Space, Surface, Trimmed};
 use loftsman_kernel::text::figure;
 use loftsman_kernel::{Point, Vector};
 use nalgebra::Matrix4;
@@ -52,7 +53,11 @@ fn run(scene: &mut Scene, op: &str, fields: Value) -> Result<StepReport, String>
 fn wrong_fields_are_told() {
     let cases = [
         ("line", json!({ "from": [1, 2, 3], "to": [1, 2, 3] }), "to: is where the line starts"),
-        ("line", json!({ "from": [0, 0, 0], "to": [1, 0, 0], "name": "ring" }), "\"ring\" is taken or empty"),
+        (
+            "line",
+            json!({ "from": [0, 0, 0], "to": [1, 0, 0], "name": "ring" }),
+            "there is an object \"ring\" already",
+        ),
         ("polyline", json!({ "points": [[0, 0, 0]] }), "a polyline needs 2 points at least, and has 1"),
         ("polyline", json!({ "points": [[0, 0, 0], [1, 0, 0]], "closed": true }), "needs 3 points at least"),
         ("circle", json!({ "radius": 0 }), "0 is no length: give a number above 0"),
@@ -541,4 +546,126 @@ fn points_of_a_stretched_curve_are_told_as_they_stand() {
     let offset =
         run(&mut scene, "offset", json!({ "object": "arc", "distance": 0.25, "tolerance": 1e-5 })).unwrap();
     assert_eq!(offset.numbers["tolerance"].as_f64(), Some(2e-5));
+}
+
+/// A surface of which a ring is left: a square in its parameters with a round hole in the middle, and a line of constant v at its lower side.
+fn trimmed(surface: Surface) -> Geometry {
+    let flat = |x: f64, y: f64| Point::new(x, y, 0.0);
+    let corners = [flat(0.1, 0.1), flat(0.9, 0.1), flat(0.9, 0.9), flat(0.1, 0.9)];
+    let line =
+        |k: usize| ParameterCurve::whole(Curve::line(corners[k], corners[(k + 1) % 4]).unwrap()).unwrap();
+    let hole = Curve::circle(flat(0.5, 0.5), Vector::z(), 0.2).unwrap();
+    let region =
+        Region { outer: (0..4).map(line).collect(), holes: vec![vec![ParameterCurve::whole(hole).unwrap()]] };
+    Trimmed::new(surface, vec![region], Vec::new(), Vec::new()).unwrap().into()
+}
+
+/// Of a plane the border is exact: lines, and a circle. Which piece is meant a point says, or its number.
+#[test]
+fn the_border_of_a_trimmed_plane_is_exact() {
+    let mut all = scene();
+    let space = Space::clamped(1, &[0.0, 1.0]).unwrap();
+    let corners = [[0.0, 0.0], [0.0, 5.0], [5.0, 0.0], [5.0, 5.0]].map(|[x, y]| Point::new(x, y, 2.0));
+    let plane = Surface::new(space.clone(), space, corners.to_vec()).unwrap();
+    all.add(Object::new("plate", trimmed(plane))).unwrap();
+    let report =
+        run(&mut all, "edge", json!({ "object": "plate", "edge": { "closest": [2.5, 3.4, 2] } })).unwrap();
+    assert_eq!(report.notes[0], "border 4 comes nearest to the point: 0.1 m away", "{report:?}");
+    assert!(report.notes.contains(&"exact".to_owned()) && report.numbers["border"] == 4, "{report:?}");
+    let hole = all.curve("plate border 4").unwrap();
+    assert!((hole.length(1e-12).unwrap().value - std::f64::consts::TAU).abs() < 1e-11);
+    let (a, b) = hole.domain();
+    for k in 0..=100 {
+        let p = hole.point(a + (b - a) * f64::from(k) / 100.0).unwrap();
+        assert!(((p - Point::new(2.5, 2.5, 2.0)).norm() - 1.0).abs() < 1e-14);
+    }
+    run(&mut all, "edge", json!({ "object": "plate", "edge": "border 0", "name": "side" })).unwrap();
+    let side = all.curve("side").unwrap();
+    assert_eq!((side.degree(), side.points().len()), (1, 2));
+    assert!((side.length(1e-12).unwrap().value - 4.0).abs() < 1e-14);
+    // The surface that carries it still has its edges.
+    let report = run(&mut all, "edge", json!({ "object": "plate", "edge": "u0" })).unwrap();
+    assert!(report.notes.iter().any(|note| note.contains("of which its loops leave nothing")), "{report:?}");
+    for (fields, says) in [
+        (json!({ "object": "plate", "edge": "border 5" }), "\"border 0\" to \"border 4\""),
+        (json!({ "object": "plate", "edge": "border 0", "tolerance": 0 }), "tolerance: 0 is no length"),
+        (json!({ "object": "block", "edge": "edge 1", "tolerance": 0.1 }), "tolerance: an edge is exact"),
+    ] {
+        let error = run(&mut all, "edge", fields).unwrap_err();
+        assert!(error.contains(says), "{error}");
+    }
+    let error = run(&mut all, "isocurve", json!({ "object": "plate", "u": 0.5 })).unwrap_err();
+    assert!(error.contains("trimmed surface") && error.contains("`untrim`"), "{error}");
+}
+
+/// On a cylinder lines along its parameters are exact, and a circle in its parameters is within the tolerance, which is told with how far off it is.
+#[test]
+fn the_border_of_a_trimmed_cylinder_is_within_its_tolerance() {
+    let line = Curve::line(Point::new(2.0, 0.0, 0.0), Point::new(2.0, 0.0, 3.0)).unwrap();
+    let tube = Surface::revolution(&line, Point::origin(), Vector::z(), 1.0).unwrap();
+    for tolerance in [1e-3, 1e-6, 1e-9] {
+        let mut all = scene();
+        all.add(Object::new("tube", trimmed(tube.clone()))).unwrap();
+        let fields = json!({ "object": "tube", "edge": "border 4", "tolerance": tolerance });
+        let report = run(&mut all, "edge", fields).unwrap();
+        let told = report.numbers["deviation"].as_f64().unwrap();
+        assert!(told > 0.0 && told <= tolerance, "{told}");
+        let hole = all.curve("tube border 4").unwrap();
+        let flat = Curve::circle(Point::new(0.5, 0.5, 0.0), Vector::z(), 0.2).unwrap();
+        let (a, b) = hole.domain();
+        for k in 0..=1000 {
+            let at = a + (b - a) * f64::from(k) / 1000.0;
+            let p = flat.point(at).unwrap();
+            let off = (hole.point(at).unwrap() - tube.point(p.x, p.y).unwrap()).norm();
+            assert!(off <= 1.1 * told + 1e-15, "{off} {told}");
+        }
+        let report = run(&mut all, "edge", json!({ "object": "tube", "edge": "border 0" })).unwrap();
+        assert!(report.notes.contains(&"exact".to_owned()), "{report:?}");
+        // An arc of radius 2 between its ends.
+        let level = all.curve("tube border 0").unwrap();
+        let [from, to] = [0.1, 0.9].map(|u| tube.point(u, 0.1).unwrap());
+        let turn = to.y.atan2(to.x) - from.y.atan2(from.x);
+        assert!((level.length(1e-12).unwrap().value - 2.0 * turn).abs() < 1e-11);
+    }
+}
+
+#[test]
+fn a_name_with_a_star_is_all_that_begin_so() {
+    let mut all = scene();
+    for k in 0..300_u16 {
+        let start = Point::new(0.0, f64::from(k), 0.0);
+        let hair = Curve::line(start, start + Vector::x() * (1.0 + f64::from(k) / 300.0)).unwrap();
+        all.add(Object::new(format!("hair{k:03}"), hair.into())).unwrap();
+    }
+    all.add(Object::new("hairpin", Cloud { points: vec![Point::origin()] }.into())).unwrap();
+    let report = run(&mut all, "sample", json!({ "objects": ["hair007", "hair*"], "count": 5 })).unwrap();
+    assert_eq!(report.object.as_deref(), Some("hair007 points"));
+    assert_eq!(report.numbers["length"].as_array().unwrap().len(), 300);
+    assert!(all.get("hair299 points").is_some() && all.get("hairpin points").is_none());
+    assert!(report.notes.len() < 12, "{report:?}");
+    assert_eq!(
+        report.notes.last().unwrap(),
+        "and 292 more, 0.2567 m to 0.4992 m from each to the next along them"
+    );
+    for (name, says) in
+        [("wool*", "no object's name begins with \"wool\""), ("hairp*", "\"hairpin\" is a cloud")]
+    {
+        let error = run(&mut all, "sample", json!({ "objects": [name], "count": 5 })).unwrap_err();
+        assert!(error.contains(says), "{error}");
+    }
+}
+
+/// A profile that is turned so that its faces look inwards is told, with what to do.
+#[test]
+fn what_is_revolved_inside_out_is_told() {
+    let inwards = |report: &StepReport| report.notes.iter().any(|note| note.contains("`reverse`"));
+    for (normal, degrees, told) in
+        [(1.0, 360.0, true), (-1.0, 360.0, false), (1.0, -360.0, false), (1.0, 90.0, false)]
+    {
+        let mut all = Scene::new();
+        let ring = Curve::circle(Point::new(10.0, 0.0, 0.0), Vector::y() * normal, 3.0).unwrap();
+        all.add(Object::new("ring", ring.into())).unwrap();
+        let report = run(&mut all, "revolve", json!({ "object": "ring", "degrees": degrees })).unwrap();
+        assert_eq!(inwards(&report), told, "{normal} {degrees}: {report:?}");
+    }
 }

@@ -809,3 +809,66 @@ fn size_of_piece(geometry: &Geometry) -> f64 {
     };
     points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
 }
+
+/// Where no object is named: a polyline beside the only shape is not cut, which is said; groups count where they show something to cut.
+#[test]
+fn what_is_cut_where_nothing_is_named_is_told() {
+    let run = |objects: &[(&str, &str)]| {
+        let mut scene = Scene::new();
+        for &(name, parent) in objects {
+            let line = || vec![Point::new(-1.0, 0.0, 0.0), Point::new(1.0, 1.0, 0.0)];
+            let geometry: Geometry = match &name[..1] {
+                "c" if !name.ends_with("section") => Curve::line(line()[0], line()[1]).unwrap().into(),
+                "c" | "p" => Polyline { points: line(), closed: false }.into(),
+                _ => Geometry::Group,
+            };
+            let mut object = Object::new(name, geometry);
+            object.parent = (!parent.is_empty()).then(|| parent.to_owned());
+            scene.add(object).unwrap();
+        }
+        let mut registry = Registry::new();
+        registry.add(&Intersection);
+        let operation = registry.find_operation("section", "op").unwrap().clone();
+        let parameters = Parameters::new(json!({ "axis": "x", "at": 0.5 }), "step[0]").unwrap();
+        let found = operation.apply(&mut scene, &parameters, &Context::quiet(&registry));
+        found.map(|report| (report.object.unwrap(), report.notes.join("; "))).map_err(|e| e.to_string())
+    };
+    let (object, notes) = run(&[("p", ""), ("c", "")]).unwrap();
+    assert!(object == "c" && notes.contains("only \"c\" is cut") && notes.contains("\"p\""), "{notes}");
+    let (object, notes) = run(&[("g", ""), ("p", "g"), ("c", "g")]).unwrap();
+    assert!(object == "c" && notes.contains("\"p\""), "{object}: {notes}");
+    let (object, notes) = run(&[("c", ""), ("c section", "")]).unwrap();
+    assert!(object == "c" && !notes.contains("only"), "{notes}");
+    let (object, notes) = run(&[("p", "")]).unwrap();
+    assert!(object == "p" && !notes.contains("only"), "{notes}");
+    // An empty group is nothing to choose.
+    let error = run(&[("g", ""), ("c", ""), ("c2", "")]).unwrap_err();
+    assert!(error.contains("\"c\", \"c2\"") && !error.contains("\"g\""), "{error}");
+    let error = run(&[("g", ""), ("g2", "g"), ("c", "g2"), ("c2", "")]).unwrap_err();
+    assert!(error.contains("\"g\", \"g2\", \"c\", \"c2\""), "{error}");
+}
+
+/// The second loop of a part does not get the name of another part: `cut box.001` would be of "box.001".
+#[test]
+fn loops_are_not_called_like_other_objects() {
+    let mut scene = Scene::new();
+    scene.add(Object::new("rig", Geometry::Group)).unwrap();
+    for name in ["box", "box.001"] {
+        let mut object = Object::new(name, cube().into());
+        object.parent = (name == "box").then(|| "rig".to_owned());
+        scene.add(object).unwrap();
+    }
+    let mut registry = Registry::new();
+    registry.add(&Intersection);
+    let operation = registry.find_operation("section", "op").unwrap().clone();
+    let mut run = |fields: Value| {
+        let parameters = Parameters::new(fields, "step[0]").unwrap();
+        operation.apply(&mut scene, &parameters, &Context::quiet(&registry)).unwrap();
+        scene.objects().iter().map(|o| o.name().to_owned()).collect::<Vec<String>>()
+    };
+    let names = run(json!({ "object": "rig", "axis": "y", "count": 3, "name": "cut" }));
+    assert_eq!(names[3..], ["cut box", "cut box (2)", "cut box (3)"]);
+    // Where nothing is meant by it, they are numbered as ever.
+    let names = run(json!({ "object": "box.001", "axis": "y", "count": 2, "name": "turned" }));
+    assert_eq!(names[6..], ["turned", "turned.001"]);
+}

@@ -6,9 +6,10 @@ use std::process::ExitCode;
 
 use crate::convert::Conversion;
 use crate::describe::{Degree, LayerFacts, ObjectFacts, OffEdge, OpenEdge, SceneFacts, Totals, describe};
+use crate::file::output::encode;
 use crate::file::{Content, Input};
-use loftsman_kernel::plugin::{Format, ReadReport, Registry, Source, WriteOptions};
-use loftsman_kernel::scene::{Scene, Unit};
+use loftsman_kernel::plugin::{Format, FormatError, ReadReport, Registry, Source, WriteOptions};
+use loftsman_kernel::scene::{Geometry, Scene, Unit};
 use loftsman_kernel::text::short;
 use serde_json::{Map, Value};
 
@@ -47,10 +48,38 @@ impl Losses {
             Conversion { write: BTreeMap::from([(to.to_owned(), options.clone())]), ..Conversion::default() };
         let tessellator = registry.tessellator();
         let options = WriteOptions { tessellator, ..conversion.write_options(None, format) };
+        let refused = |error: FormatError| Self { to, losses: Vec::new(), refused: Some(error.problem) };
         match format.losses(scene, &options) {
-            Ok(losses) => Self { to, losses, refused: None },
-            Err(error) => Self { to, losses: Vec::new(), refused: Some(error.problem) },
+            Ok(losses) => match empty(scene, format, &options, registry) {
+                Some(error) => refused(error),
+                None => Self { to, losses, refused: None },
+            },
+            Err(error) => refused(error),
         }
+    }
+}
+
+/// Why a conversion refuses a scene nothing of which would go out. It is asked only where no object is of a kind that the format has, so that nothing is
+/// cut or written for the answer.
+fn empty(
+    scene: &Scene,
+    format: &dyn Format,
+    options: &WriteOptions<'_>,
+    registry: &Registry,
+) -> Option<FormatError> {
+    let holds = format.holds(&options.own).ok()?;
+    let goes = |geometry: &Geometry| {
+        !matches!(geometry, Geometry::Group)
+            && (holds.exactly(geometry)
+                || holds.tessellates(geometry)
+                || matches!(geometry, Geometry::Instance(_) | Geometry::Custom(_)))
+    };
+    if scene.objects().iter().any(|object| goes(object.geometry())) {
+        return None;
+    }
+    match encode(scene, "", format, options, registry) {
+        Err(crate::Error::Format(error)) => Some(error),
+        _ => None,
     }
 }
 
@@ -187,7 +216,7 @@ fn totals(totals: &Totals) -> Vec<String> {
     all.iter().map(|(number, what)| count(n(*number), what)).collect()
 }
 
-/// `3 open edges: edge 12 near (0 1 2), edge 14 near (0 1 3), …`.
+/// `3 open edges: edge 12 near (0, 1, 2), edge 14 near (0, 1, 3), …`.
 fn open(number: usize, first: &[OpenEdge]) -> String {
     let named: Vec<String> = first
         .iter()

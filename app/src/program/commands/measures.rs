@@ -111,7 +111,7 @@ pub(super) fn quantities(measures: &Measures, unit: Unit) -> Vec<String> {
     [length, area, volume].into_iter().flatten().collect()
 }
 
-/// `not watertight: 4 open edges in 1 rim, near (0.5 0 1)`.
+/// `not watertight: 4 open edges in 1 rim, near (0.5, 0, 1)`.
 fn leaks(leaks: &Leaks) -> String {
     let kinds = [
         (leaks.open_edges > 0)
@@ -126,10 +126,10 @@ fn leaks(leaks: &Leaks) -> String {
     format!("not watertight: {}, near {}", kinds.join(", "), place(leaks.at))
 }
 
-/// `(0.5 0 1)`: what is rounding beside the largest coordinate is 0.
+/// `(0.5, 0, 1)`: what is rounding beside the largest coordinate is 0.
 pub(super) fn place(at: [f64; 3]) -> String {
     let least = 1e-12 * at.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
-    format!("({})", at.map(|x| figure(if x.abs() <= least { 0.0 } else { x })).join(" "))
+    format!("({})", at.map(|x| figure(if x.abs() <= least { 0.0 } else { x })).join(", "))
 }
 
 /// A number of a unit's first, second or third power: `2 m²`, `2 square units` where the unit is unknown.

@@ -50,7 +50,10 @@ pub(crate) fn warn(path: &str, report: &ReadReport) {
 pub(crate) fn read(report: &ReadReport) -> String {
     let mut text = String::new();
     for (what, reasons) in [("read otherwise", &report.approximated), ("left out", &report.left_out)] {
-        for (reason, number) in reasons {
+        // What is only counted comes behind what is named.
+        let (further, named): (Vec<_>, Vec<_>) =
+            reasons.iter().partition(|(reason, _)| reason.starts_with("further "));
+        for (reason, number) in named.into_iter().chain(further) {
             let _ = writeln!(text, "  {number} of {} {what}: {reason}", report.entities);
         }
     }

@@ -13,15 +13,15 @@ use super::file::{File, clip, parse};
 use super::report::LARGEST;
 use super::schema;
 use crate::texture::flipped;
-use crate::words::{EXTRAS, PREFIX, SOURCES, UNNAMED, UNNAMED_IMAGE};
+use crate::words::{COLOR, EXTRAS, NONE, PREFIX, SOURCES, UNNAMED, UNNAMED_IMAGE};
 
 /// What a material of the file became.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Look {
     /// The scene's material of this name.
     Material(String),
-    /// The colour of an object, for which our writer made the material.
-    Color([f64; 4]),
+    /// The colour of an object, for which our writer made the material of this name.
+    Color(String, [f64; 4]),
     /// Nothing: our writer made the material for an object that has neither colour nor material.
     Nothing,
 }
@@ -175,9 +175,13 @@ impl Reader<'_, '_> {
             raw.extras.filter(|_| !large).and_then(|extras| serde_json::from_str::<Value>(extras.get()).ok());
         match own.as_ref().and_then(|e| e.get(EXTRAS)).and_then(Value::as_str) {
             // Whoever changed the material since then wants a material.
-            Some(mark @ ("color" | "none")) if is_plain(&material) => {
+            Some(mark @ (COLOR | NONE)) if is_plain(&material) => {
                 report.count(Fate::Kept, "");
-                return Ok(if mark == "color" { Look::Color(material.base_color) } else { Look::Nothing });
+                return Ok(if mark == COLOR {
+                    Look::Color(material.name().to_owned(), material.base_color)
+                } else {
+                    Look::Nothing
+                });
             }
             Some(_) => {}
             None => {

@@ -20,7 +20,7 @@ use super::shared::Meshes;
 use super::tree::Tree;
 use crate::extras::{ExtrasFields, Loose, matrix};
 use crate::place::Numbers;
-use crate::words::{DATA, EXTRAS, MATERIAL, MESH_NAME, NONE, PLACEMENT, UNNAMED};
+use crate::words::{COLOR, DATA, EXTRAS, MATERIAL, MESH_NAME, NONE, PLACEMENT, UNNAMED};
 
 /// How far a noted transform may be from what the node says, relative to its largest number: single precision, as other
 /// programs pass transforms on.
@@ -381,7 +381,7 @@ impl Reader<'_, '_> {
         }
         match looks.as_slice() {
             [] | [Look::Nothing] => return Ok((None, Vec::new())),
-            [Look::Color(color)] => return Ok((Some(*color), Vec::new())),
+            [Look::Color(_, color)] => return Ok((Some(*color), Vec::new())),
             _ => {}
         }
         let mut names = Vec::with_capacity(looks.len());
@@ -391,7 +391,13 @@ impl Reader<'_, '_> {
                     names.push(name);
                     continue;
                 }
-                Look::Color(color) => Material::new("color", color),
+                // One of several: written again it is a colour as before.
+                Look::Color(name, color) => {
+                    let mut paint = Material::new(name, color);
+                    paint.double_sided = true;
+                    paint.statements.push((MATERIAL.to_owned(), COLOR.to_owned()));
+                    paint
+                }
                 // As glTF has it where a primitive names no material.
                 Look::Nothing => {
                     let mut usual = Material::new("default", [1.0; 4]);
@@ -409,6 +415,7 @@ impl Reader<'_, '_> {
             let free = scene.materials.unique_name(&name);
             let mut renamed = Material::new(&free, material.base_color);
             (renamed.metallic, renamed.roughness) = (material.metallic, material.roughness);
+            renamed.double_sided = material.double_sided;
             renamed.statements = material.statements;
             scene.materials.add(renamed).map_err(|e| self.file.fail("materials", e.to_string()))?;
             names.push(free);

@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 use super::bin::{Bin, percent_encoded};
 use super::schema::Root;
 use crate::texture::flipped_back;
-use crate::words::{EXTRAS, MATERIAL, NONE, PREFIX, SOURCES, UNNAMED, UNNAMED_IMAGE};
+use crate::words::{COLOR, EXTRAS, MATERIAL, NONE, PREFIX, SOURCES, UNNAMED, UNNAMED_IMAGE};
 use loftsman_kernel::text::counted;
 
 /// The materials that were written, and what they refer to.
@@ -54,6 +54,14 @@ pub(super) fn shade(value: f64) -> f64 {
 /// Whether single precision, with which glTF is read, holds a number.
 fn fits(value: f64) -> bool {
     (value as f32).is_finite()
+}
+
+/// Whether a material is no more than a colour, as our writer made it and as it was read: nothing has been changed of it but that.
+fn is_paint(material: &Material) -> bool {
+    let mut usual = Material::new(material.name(), material.base_color);
+    usual.double_sided = true;
+    usual.statements.push((MATERIAL.to_owned(), COLOR.to_owned()));
+    *material == usual
 }
 
 impl<'a> Materials<'a> {
@@ -115,8 +123,8 @@ impl<'a> Materials<'a> {
         let index = *self.by_color.entry(color.map(|_| shown.map(f64::to_bits))).or_insert(next);
         if index == next {
             let (name, mark) = match color {
-                None => ("vertex colors".to_owned(), "none"),
-                Some(_) => (format!("color {}", next + 1), "color"),
+                None => ("vertex colors".to_owned(), NONE),
+                Some(_) => (format!("color {}", next + 1), COLOR),
             };
             let mut material = json!({
                 "name": name,
@@ -145,6 +153,9 @@ impl<'a> Materials<'a> {
     /// more are left out.
     pub(super) fn named(&mut self, name: &'a str, sets: u32, bin: &mut Bin<'a>) -> Option<usize> {
         let material = self.scene.materials.get(name)?;
+        if is_paint(material) {
+            return self.color(Some(material.base_color), false);
+        }
         let needed = material.textures.values().map(|t| t.set.saturating_add(1)).max().unwrap_or(0);
         let sets = sets.min(needed);
         if let Some(&index) = self.by_name.get(&(name, sets)) {

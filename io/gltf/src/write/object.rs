@@ -255,6 +255,9 @@ impl<'a> Writer<'a, '_> {
     ) -> Result<Shown<'a>, FormatError> {
         let (colors, slots) = found.colors(brep);
         let mut mesh = found.mesh;
+        // -0 becomes 0: as a mesh it is read and written again so.
+        mesh.points_mut().iter_mut().flat_map(|p| p.iter_mut()).for_each(|x| *x += 0.0);
+        mesh.normals.values_mut().iter_mut().flat_map(|n| n.iter_mut()).for_each(|x| *x += 0.0);
         if colors.len() > 1 {
             mesh.materials = slots;
         }

@@ -20,8 +20,9 @@ const GAP: f64 = 6.0;
 /// Room for axes and scale bar at the left.
 const LEFT: f64 = 46.0;
 
-/// The most notes.
+/// The most notes, and lines of one that is a list.
 const NOTES: usize = 6;
+const NOTE_LINES: usize = 2;
 
 /// What a legend needs to know of the page.
 #[derive(Debug, Clone, Copy)]
@@ -74,7 +75,8 @@ pub(crate) fn draw(caption: &Caption, facts: &Facts<'_>) -> (String, f64) {
         x += wide + GAP;
     }
     let mut bottom = y + 1.5;
-    let notes = caption.all_notes();
+    let notes =
+        caption.all_notes(|note| text::wrapped_in(note, SIZE, end - start, usize::MAX).len() <= NOTE_LINES);
     let more = notes.len().saturating_sub(NOTES);
     let more = (more > 0).then(|| format!("and {more} more notes of this kind"));
     for note in caption.others().iter().chain(notes.iter().take(NOTES)).chain(&more) {

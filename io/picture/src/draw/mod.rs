@@ -279,8 +279,13 @@ fn object(
             return;
         }
         Form::Surface { .. } | Form::Mesh { .. } | Form::Solid { .. } => {
-            // Where they are painted their own colour is not seen.
-            named(sheet, body, old, Sample::Face(painted.unwrap_or(Fill::Plain(color))));
+            // Where they are painted their own colour is not seen but in their lines, which tell several apart.
+            let lined = surfaces > 1 && !matches!(body.form, Form::Mesh { .. });
+            let sample = match painted {
+                Some(fill) if lined => Sample::Lined(fill, stroke),
+                fill => Sample::Face(fill.unwrap_or(Fill::Plain(color))),
+            };
+            named(sheet, body, old, sample);
             return;
         }
     };

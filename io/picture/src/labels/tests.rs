@@ -53,13 +53,7 @@ fn no_number_stands_at_the_spot_of_another_without_a_leader() {
         ink.segment([50.0 + f64::from(column), 0.0], [50.0 + f64::from(column), 100.0], 1);
     }
     let anchors: Vec<Spot> = (0..5).map(|k| [49.0, 40.0 + 2.6 * f64::from(k)]).collect();
-    let page = Page {
-        ink: &ink,
-        free: Free::of(&ink),
-        spots: anchors.clone(),
-        placed: Vec::new(),
-        leaders: Vec::new(),
-    };
+    let page = Page { spots: anchors.clone(), ..Page::clean(&ink) };
     let row = |rank| Some(Row { rank, object: "a".into() });
     let one = Label { row: row(2), ..label(anchors[2], "v 0.4") };
     let [w, h] = one.size();
@@ -265,4 +259,24 @@ fn a_label_in_the_corner_stays_inside() {
     let text =
         place(&[label([99.0, 1.0], "a long label here")], &ink, (Theme::Light, false), &mut Vec::new()).drawn;
     assert!(text.contains("text-anchor=\"end\""), "{text}");
+}
+
+/// A leader runs neither over the spot of another label, where it would seem to end, nor between another's leader and its words.
+#[test]
+fn leaders_keep_off_spots_and_leaders_of_others() {
+    let ink = Ink::new(Rect { low: [0.0; 2], high: [100.0; 2] });
+    let one = label([20.0, 50.0], "0.5");
+    let [w, h] = one.size();
+    let at = |x: f64, y: f64| Rect { low: [x, y - h / 2.0], high: [x + w, y + h / 2.0] };
+    let mut page = Page { anchors: vec![one.anchor, [30.0, 50.3]], ..Page::clean(&ink) };
+    assert!(page.crossed(&one, &at(40.0, 50.0), 9.0) >= 1000.0);
+    assert!(page.crossed(&one, &at(40.0, 60.0), 9.0) < 1000.0);
+    page.anchors.clear();
+    let mut of = |own: &Label, rect: Rect| _ = page.take(own, (rect, 9.0), Theme::Light, false);
+    of(&label([60.0, 20.0], "0.7"), at(80.0, 20.0));
+    // From above to below through the gap before the words.
+    let through = label([79.7, 10.0], "u 1");
+    let [w, h] = through.size();
+    let below = Rect { low: [79.7 - w / 2.0, 30.0], high: [79.7 + w / 2.0, 30.0 + h] };
+    assert!(page.crossed(&through, &below, 9.0) >= 1000.0);
 }

@@ -72,12 +72,15 @@ impl Edge {
         match EDGES.iter().find(|(name, _)| *name == text) {
             Some((_, edge)) => Ok(*edge),
             None => {
-                let hint = nearest(text, EDGES.iter().map(|(name, _)| *name)).unwrap_or("u0");
-                let clipped = clip(text);
-                Err(parameters.error(
-                    field,
-                    format!("unknown edge \"{clipped}\": u0, u1, v0 or v1; did you mean \"{hint}\"?"),
-                ))
+                let hint = match nearest(text, EDGES.iter().map(|(name, _)| *name)) {
+                    Some(near) => format!("; did you mean \"{near}\"?"),
+                    None => String::new(),
+                };
+                let problem = format!(
+                    "unknown edge \"{}\": u0 and u1 are where u starts and ends, v0 and v1 where v does{hint}",
+                    clip(text)
+                );
+                Err(parameters.error(field, problem))
             }
         }
     }

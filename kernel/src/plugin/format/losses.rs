@@ -201,7 +201,7 @@ impl Holds {
             && unit != Unit::Unknown
         {
             return Some(format!(
-                "numbers go out in {}, as asked for, and other programs take them for {}, as the format has it: leave the unit out to have them converted",
+                "numbers go out in the unit {}, as asked for, and other programs take them for {}, as the format has it: leave the unit out to have them converted",
                 asked.name(),
                 fixed.name()
             ));

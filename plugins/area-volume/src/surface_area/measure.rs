@@ -29,6 +29,8 @@ const MORE: usize = 64;
 const LOOK: usize = 256;
 /// Into how many parts along each of its borders what loops leave of a cell is cut at most.
 const MOST_PARTS: usize = 64;
+/// The most points that a rule on what loops leave of a cell is raised to.
+const MOST_RAISED: usize = 24;
 /// What the two rules may differ by on a part, as a share of a cell's share of the whole.
 const AGREE: f64 = 1e-11;
 
@@ -139,8 +141,11 @@ impl<'s> Measure<'s> {
             && let Some((cell, share)) = self.counted.get(number)
         {
             let ([p, q], extra) = (self.degrees, EXTRA[rule.min(1)]);
+            // Where all is smooth, rules of more points get nearer by far than as many points of the same rule on more parts.
+            let (times, parts) = raised(p.max(q) + EXTRA[1], parts);
+            let counts = [times * (p + extra), times * (q + extra)];
             let mut sum = Sum::default();
-            for (at, weight) in share.gauss_points(cell, [p + extra, q + extra], parts) {
+            for (at, weight) in share.gauss_points(cell, counts, parts) {
                 sum.area += weight * self.place(at, weight, gradient.as_deref_mut())?.norm();
             }
             return Ok(sum);
@@ -425,6 +430,15 @@ impl<'s> Measure<'s> {
         let halves = if whole.across_u { across_u.or(across_v) } else { across_v.or(across_u) };
         halves.map(|[first, second]| vec![self.judged(first, order), self.judged(second, order + 1)])
     }
+}
+
+/// By how much the points of a rule of `count` points are raised, and on how many parts it is then used, so that there are `fineness` times as many.
+fn raised(count: usize, fineness: usize) -> (usize, usize) {
+    let mut times = 1;
+    while 2 * times <= fineness && 2 * times * count <= MOST_RAISED {
+        times *= 2;
+    }
+    (times, fineness / times)
 }
 
 /// What a rule finds on a part: the area, and what is left of `|S_u × S_v|` along u and along v when it is summed over the

@@ -28,10 +28,21 @@ impl Energy for DerivativeEnergy {
         let order = self.0;
         let what = self.describe();
         let cells = cells_of(shape, &what)?;
-        if order == 0 || cells.degrees().into_iter().take(shape.domain().len()).any(|degree| degree < order) {
+        let lowest = cells.degrees().into_iter().take(shape.domain().len()).min().unwrap_or(0);
+        if order == 0 || lowest < order {
+            // As recipes call them.
+            let called = |order: usize| match order {
+                1 => "\"stretch\" (or \"membrane\")".to_owned(),
+                2 => "\"bend\" (or \"thin-plate\")".to_owned(),
+                _ => format!("\"{}\"", Self(order).describe()),
+            };
+            let instead = match lowest {
+                0 => "elevate it".to_owned(),
+                degree => format!("ask for {}, or elevate it", called(degree.min(3))),
+            };
             return Err(Error::Invalid(format!(
-                "\"{what}\" is of derivatives of order {order}, and the shape's degree is too low for it: ask for one from 1 up to the \
-                 degree"
+                "{} is of derivatives of order {order}, and the shape's degree is {lowest}: {instead}",
+                called(order)
             )));
         }
         let mut squares = Squares::default();

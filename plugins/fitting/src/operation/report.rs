@@ -69,9 +69,9 @@ pub(super) fn report_of(fitted: &FittedCurve, points: &[Point], unit: Unit) -> S
     }
 }
 
-/// `(0.5 0 1)`: what is rounding beside the largest coordinate is 0.
+/// `(0.5, 0, 1)`: what is rounding beside the largest coordinate is 0.
 pub(crate) fn place(point: &Point) -> String {
     let size = point.coords.amax();
     let told: Vec<String> = point.iter().map(|&x| figure(without_rounding(x, size))).collect();
-    format!("({})", told.join(" "))
+    format!("({})", told.join(", "))
 }

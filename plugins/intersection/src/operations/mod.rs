@@ -3,6 +3,8 @@
 mod intersect;
 mod section;
 
+use std::collections::{HashMap, HashSet};
+
 use loftsman_kernel::plugin::{Field, OperationError, Parameters};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::spline::{Curve, Space};
@@ -60,8 +62,9 @@ struct Beside {
 fn add_beside(scene: &mut Scene, source: &str, pieces: Vec<Beside>) -> Result<(), OperationError> {
     let source = scene.object(source)?.clone();
     let mut added: Vec<String> = Vec::with_capacity(pieces.len());
+    let mut apart = Apart::new(scene);
     for piece in pieces {
-        let mut object = Object::new(scene.unique_name(&piece.name), piece.geometry);
+        let mut object = Object::new(apart.name(scene, &piece.name), piece.geometry);
         object.parent.clone_from(&source.parent);
         object.transform = source.transform;
         object.layer = piece.layer.or_else(|| source.layer.clone());
@@ -75,6 +78,45 @@ fn add_beside(scene: &mut Scene, source: &str, pieces: Vec<Beside>) -> Result<()
         added.push(name);
     }
     Ok(())
+}
+
+/// Names for pieces that are not those of other objects: the second piece of `rig cut box` is not `rig cut box.001` beside an object `box.001`, of which it
+/// is none, but `rig cut box (2)`.
+struct Apart {
+    /// What objects are called that have a number behind a dot, without it.
+    stems: HashSet<String>,
+    /// The last number of each name that is counted so.
+    counted: HashMap<String, u64>,
+}
+
+impl Apart {
+    fn new(scene: &Scene) -> Self {
+        let stem = |name: &str| {
+            let (stem, number) = name.rsplit_once('.')?;
+            (!number.is_empty() && number.bytes().all(|b| b.is_ascii_digit())).then(|| stem.to_owned())
+        };
+        let stems = scene.objects().iter().filter_map(|object| stem(object.name())).collect();
+        Self { stems, counted: HashMap::new() }
+    }
+
+    /// A free name after `wanted`.
+    fn name(&mut self, scene: &Scene, wanted: &str) -> String {
+        if scene.get(wanted).is_none() {
+            return wanted.to_owned();
+        }
+        let mut ends = wanted.match_indices([' ', '/']).map(|(at, _)| &wanted[at + 1..]);
+        if !ends.any(|end| self.stems.contains(end)) {
+            return scene.unique_name(wanted);
+        }
+        let last = self.counted.entry(wanted.to_owned()).or_insert(1);
+        loop {
+            *last += 1;
+            let name = format!("{wanted} ({last})");
+            if scene.get(&name).is_none() {
+                return name;
+            }
+        }
+    }
 }
 
 /// What the results are called: as asked for, or after the object.

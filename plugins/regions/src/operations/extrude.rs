@@ -1,15 +1,15 @@
 //! `extrude`: a region moved along a vector becomes a solid.
 
 use loftsman_kernel::plugin::{
-    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport,
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_names,
 };
 use loftsman_kernel::scene::{Object, Scene};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::text::figure;
 
 use super::{
-    ANGLE, BRIDGE, Chords, MIN_ANGLE, NAME, Near, OBJECTS, SIZE, TOLERANCE, fineness, finite, like,
-    refinement, result_name, tessellator, texts, unrefined,
+    ANGLE, BRIDGE, Chords, MIN_ANGLE, NAME, Near, OBJECTS, SIZE, TOLERANCE, fineness, finite, is_outline,
+    like, refinement, result_name, tessellator, unrefined,
 };
 use crate::cap::{Capped, boundary_loops, cap, together};
 use crate::fill::Refinement;
@@ -50,7 +50,7 @@ impl Operation for Extrude {
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
         parameters.check(self.declaration().fields)?;
-        let objects = texts(parameters, "objects")?;
+        let objects = object_names(scene, parameters, "objects", is_outline)?;
         let by = parameters.vector("by")?;
         let name = result_name(scene, parameters, &objects[0], "solid")?;
         let tessellator = tessellator(context)?;

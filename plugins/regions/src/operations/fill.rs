@@ -1,12 +1,14 @@
 //! `fill`: what closed curves bound becomes a mesh.
 
 use loftsman_kernel::mesh::{Layer, Mesh};
-use loftsman_kernel::plugin::{Context, Declaration, Operation, OperationError, Parameters, StepReport};
+use loftsman_kernel::plugin::{
+    Context, Declaration, Operation, OperationError, Parameters, StepReport, object_names,
+};
 use loftsman_kernel::scene::Scene;
 
 use super::{
-    ANGLE, BRIDGE, Chords, MIN_ANGLE, NAME, OBJECTS, SIZE, TOLERANCE, fineness, finite, like, refinement,
-    result_name, tessellator, texts, unrefined,
+    ANGLE, BRIDGE, Chords, MIN_ANGLE, NAME, OBJECTS, SIZE, TOLERANCE, fineness, finite, is_outline, like,
+    refinement, result_name, tessellator, unrefined,
 };
 use crate::measure::area;
 use crate::outline::outlines;
@@ -32,7 +34,7 @@ impl Operation for Fill {
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
         parameters.check(self.declaration().fields)?;
-        let objects = texts(parameters, "objects")?;
+        let objects = object_names(scene, parameters, "objects", is_outline)?;
         let name = result_name(scene, parameters, &objects[0], "face")?;
         let outlines = outlines(scene, &objects, parameters.flag("bridge")?)?;
         let chords = Chords::of(&outlines, tessellator(context)?, &fineness(parameters)?)?;

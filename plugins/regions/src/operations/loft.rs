@@ -2,7 +2,7 @@
 
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::plugin::{
-    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport,
+    Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_names,
 };
 use loftsman_kernel::scene::{Object, Scene};
 use loftsman_kernel::spline::Curve;
@@ -10,8 +10,8 @@ use loftsman_kernel::{Point, Vector};
 
 use super::extrude::add_all;
 use super::{
-    ANGLE, BRIDGE, MIN_ANGLE, NAME, Near, SIZE, TOLERANCE, fineness, finite, like, refinement, result_name,
-    tessellator, texts, unrefined,
+    ANGLE, BRIDGE, MIN_ANGLE, NAME, Near, SIZE, TOLERANCE, fineness, finite, is_outline, like, refinement,
+    result_name, tessellator, unrefined,
 };
 use crate::cap::{boundary_loops, cap};
 use crate::error::RegionError;
@@ -29,7 +29,7 @@ impl Operation for Loft {
             Field::required(
                 "sections",
                 "[text, …]",
-                "closed curves or polylines, two at least, in their order; which way they run and where they start does not matter",
+                "closed curves or polylines, two at least, in their order (\"frame*\" is all whose names begin so, in the scene's); which way they run and where they start does not matter",
             ),
             Field::optional(
                 "degree",
@@ -65,7 +65,7 @@ impl Operation for Loft {
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
         parameters.check(self.declaration().fields)?;
-        let objects = texts(parameters, "sections")?;
+        let objects = object_names(scene, parameters, "sections", is_outline)?;
         let name = result_name(scene, parameters, &objects[0], "loft")?;
         let caps = !parameters.has("caps") || parameters.flag("caps")?;
         let bridge = parameters.flag("bridge")?;

@@ -8,7 +8,7 @@ use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::plugin::{
     Chord, Context, Field, Fineness, OperationError, Parameters, StepReport, Tessellator,
 };
-use loftsman_kernel::scene::{Object, Scene};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::text::without_rounding;
 use loftsman_kernel::{Error, Point};
 
@@ -23,7 +23,7 @@ use crate::outline::Outline;
 const OBJECTS: Field = Field::required(
     "objects",
     "[text, …]",
-    "closed planar curves or polylines, or open ones that meet end to end; inner ones are holes",
+    "closed planar curves or polylines, or open ones that meet end to end; inner ones are holes; \"ring*\" is all whose names begin so",
 );
 const TOLERANCE: Field = Field::optional(
     "tolerance",
@@ -48,24 +48,9 @@ const MIN_ANGLE: Field = Field::optional(
 );
 const NAME: Field = Field::optional("name", "text", "after the first object", "the name of the result");
 
-/// The texts of a list.
-fn texts(parameters: &Parameters, field: &str) -> Result<Vec<String>, OperationError> {
-    let list = parameters.list(field)?;
-    if list.is_empty() {
-        return Err(parameters.error(field, "is empty: name an object at least").into());
-    }
-    let mut names = Vec::with_capacity(list.len());
-    for (i, value) in list.iter().enumerate() {
-        let Some(text) = value.as_str() else {
-            let problem = format!("entry {i} is {value}, where the name of an object is needed");
-            return Err(parameters.error(field, problem).into());
-        };
-        if names.iter().any(|n| n == text) {
-            return Err(parameters.error(field, format!("\"{text}\" is named twice")).into());
-        }
-        names.push(text.to_owned());
-    }
-    Ok(names)
+/// What bounds regions.
+fn is_outline(geometry: &Geometry) -> bool {
+    matches!(geometry, Geometry::Curve(_) | Geometry::Polyline(_))
 }
 
 fn fineness(parameters: &Parameters) -> Result<Fineness, OperationError> {

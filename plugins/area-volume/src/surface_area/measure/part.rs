@@ -12,7 +12,8 @@ pub(super) struct Part {
     pub(super) face: Option<u32>,
     pub(super) u: (f64, f64),
     pub(super) v: (f64, f64),
-    /// Which of the counted cells this is, where only a part of it counts, and in how many parts that is cut.
+    /// Which of the counted cells this is, where only a part of it counts, and how much finer than at first it is looked at (a power of two): by rules of
+    /// more points, then on more parts.
     pub(super) share: Option<(usize, usize)>,
     /// How often it has been halved in each direction.
     pub(super) halved: [u16; 2],

@@ -4,18 +4,20 @@ mod cut;
 mod part;
 mod planes;
 
+use std::collections::HashSet;
+
 use loftsman_kernel::Error;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, in_own_coordinates,
-    object_name,
+    object_among, object_name,
 };
-use loftsman_kernel::scene::{Geometry, Scene, Unit};
+use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
 use loftsman_kernel::spline::Direction;
-use loftsman_kernel::text::{counted, measured, told_apart, without_rounding};
+use loftsman_kernel::text::{clip, counted, measured, told_apart, without_rounding};
 use serde_json::{Value, json};
 
 use self::cut::{Cut, Telling, cut};
-use self::part::{Part, ends, is_cut, parts};
+use self::part::{Part, ends, is_cut, parts, showing};
 use self::planes::planes;
 use super::{Beside, NAME, add_beside, base_name, place, tolerance};
 use crate::{Options, Plane};
@@ -37,7 +39,7 @@ impl Operation for CutBy {
                 "plane",
                 "{ point, normal }",
                 "this or axis is needed",
-                "the plane, in the object's coordinates",
+                "the plane, in the object's coordinates; where no point is given it goes through [0, 0, 0]",
             ),
             Field::optional(
                 "axis",
@@ -79,20 +81,7 @@ impl Operation for CutBy {
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
         parameters.check(self.declaration().fields)?;
-        // Polylines, which sections of meshes are, are meant where there is no shape; groups and instances where there is nothing else, or with the shapes
-        // that a step must choose from.
-        let count = |fits: fn(&Geometry) -> bool| {
-            scene.objects().iter().filter(|object| fits(object.geometry())).take(2).count()
-        };
-        let shapes = count(is_cut);
-        let lines = count(|g| matches!(g, Geometry::Polyline(_)));
-        let fits = |g: &Geometry| match g {
-            Geometry::Polyline(_) => shapes == 0,
-            Geometry::Group | Geometry::Instance(_) => shapes > 1 || (shapes == 0 && lines == 0),
-            other => is_cut(other),
-        };
-        let object =
-            &object_name(scene, parameters, fits, "brep, surface, mesh, curve, polyline, group or instance")?;
+        let object = &chosen(scene, parameters)?;
         let name = base_name(parameters, object, "section")?;
         let options = Options { tolerance: tolerance(parameters)? };
         scene.object(object).map_err(|e| parameters.error("object", e.to_string()))?;
@@ -157,6 +146,9 @@ impl Operation for CutBy {
             (false, false) => &["axis", "at"],
         };
         let mut notes = notes.list;
+        if !parameters.has("object") {
+            notes.extend(left(scene, object));
+        }
         notes.extend(in_own_coordinates(scene, object, parameters, cutting, &["tolerance"])?);
         add_beside(scene, object, pieces)?;
         let mut numbers = serde_json::Map::new();
@@ -172,6 +164,46 @@ impl Operation for CutBy {
             ..StepReport::default()
         })
     }
+}
+
+/// What is cut where no object is named. Polylines, which sections of meshes are, are meant where there is no shape; groups and instances that show
+/// something to cut where there is nothing else, or with the others that a step must choose from. `O(objects)`, and all that is shown where some of them are groups.
+fn chosen(scene: &Scene, parameters: &Parameters) -> Result<String, OperationError> {
+    const WHAT: &str = "brep, surface, mesh, curve, polyline, group or instance";
+    if parameters.has("object") {
+        return Ok(object_name(scene, parameters, |_| true, WHAT)?);
+    }
+    let is_line = |o: &&Object| matches!(o.geometry(), Geometry::Polyline(_));
+    let shapes = scene.objects().iter().filter(|o| is_cut(o.geometry())).count();
+    let lines = scene.objects().iter().filter(is_line).count();
+    let (with_lines, with_groups) = (shapes == 0, shapes > 1 || (shapes == 0 && lines != 1));
+    let is_group = |o: &Object| matches!(o.geometry(), Geometry::Group | Geometry::Instance(_));
+    let full =
+        if with_groups && scene.objects().iter().any(is_group) { showing(scene)? } else { HashSet::new() };
+    let among = scene.objects().iter().filter(|o| match o.geometry() {
+        Geometry::Polyline(_) => with_lines,
+        Geometry::Group | Geometry::Instance(_) => with_groups && full.contains(o.name()),
+        other => is_cut(other),
+    });
+    Ok(object_among(scene, parameters, among.map(Object::name), WHAT)?)
+}
+
+/// What is said of polylines beside the shape that is cut because it is the only one: those that sections of it have made are meant to stay.
+fn left(scene: &Scene, object: &str) -> Option<String> {
+    let is_line =
+        |o: &&Object| matches!(o.geometry(), Geometry::Polyline(_)) && !o.name().starts_with(object);
+    let cut = scene.object(object).ok()?;
+    if matches!(cut.geometry(), Geometry::Polyline(_)) {
+        return None;
+    }
+    let mut lines = scene.objects().iter().filter(is_line);
+    let first = clip(lines.next()?.name());
+    let more = lines.count();
+    let others = if more > 0 { format!(" and {more} more") } else { String::new() };
+    Some(format!(
+        "only \"{}\" is cut; polylines where they are named by object = …: \"{first}\"{others}",
+        clip(object)
+    ))
 }
 
 /// What a plane, in a part's own coordinates, cuts from it, which is told in the coordinates of the whole.

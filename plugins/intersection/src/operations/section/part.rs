@@ -116,6 +116,29 @@ pub(super) fn parts<'a>(scene: &'a Scene, object: &str) -> Result<Vec<Part<'a>>,
     Ok(parts)
 }
 
+/// The names of all groups and instances of a scene that show something that can be cut, and is seen. `O(what is shown)`.
+///
+/// # Errors
+/// When the hierarchy is broken, or too much is shown.
+pub(super) fn showing(scene: &Scene) -> Result<HashSet<&str>, Error> {
+    let mut names: HashSet<&str> = HashSet::new();
+    for placed in scene.placed(MOST_PLACED)? {
+        if !is_cut(placed.object.geometry()) || placed.is_hidden() {
+            continue;
+        }
+        let outermost = placed.path.inside_out().last().unwrap_or(placed.object);
+        let mut above = scene.get(outermost.name());
+        // As far as somebody has been before.
+        while let Some(object) = above {
+            if !names.insert(object.name()) {
+                break;
+            }
+            above = object.parent.as_deref().and_then(|parent| scene.get(parent));
+        }
+    }
+    Ok(names)
+}
+
 fn whole(geometry: Cow<'_, Geometry>) -> Part<'_> {
     Part { name: None, geometry, standing: Standing::default(), layer: None }
 }

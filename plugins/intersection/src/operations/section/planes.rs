@@ -21,6 +21,10 @@ pub(super) fn planes(
     // Each field is read for itself first, so that what is wrong with one is said of it.
     let plane = if parameters.has("plane") { Some(read_plane(parameters)?) } else { None };
     let axes = [("x", 0), ("y", 1), ("z", 2)];
+    if parameters.value("axis").is_some_and(serde_json::Value::is_array) {
+        let problem = "an axis is \"x\", \"y\" or \"z\": across any other direction it is plane = { point = [x, y, z], normal = [x, y, z] }";
+        return Err(parameters.error("axis", problem).into());
+    }
     let axis = if parameters.has("axis") { Some(parameters.choice("axis", &axes)?) } else { None };
     let at = match parameters.value("at") {
         Some(value) if value.is_array() => Some(parameters.numbers("at")?),
