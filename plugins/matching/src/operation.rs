@@ -345,7 +345,7 @@ impl Asked {
             context.observer.proceed(work.called, count as u64, most as u64)?;
             let asked =
                 self.matching(lax).begun(case.begun).bound_to(&Shapes::new([&start as &dyn Shape, other]))?;
-            let edit = |kept: Kept| -> Result<_, OperationError> {
+            let made = |kept: Kept| -> Result<Edit<Surface>, OperationError> {
                 let still = 0..other.control_vertices().len() as i64;
                 let mut edit =
                     Edit::new(&start).with(other.boxed()).lock(self.locked(&start, along)?).lock_on(1, still);
@@ -361,9 +361,19 @@ impl Asked {
                         edit = edit.ask(tie);
                     }
                 }
-                // With knots of its own a surface is moved whatever that takes; knots are inserted while that is quick.
-                let quick = self.bend && history.last().is_some();
-                Ok(if quick { edit.solve_with(SaddlePoint) } else { edit.solve() })
+                Ok(edit)
+            };
+            // With knots of its own a surface is moved whatever that takes; knots are inserted while that is quick.
+            let quick = self.bend && history.last().is_some();
+            let edit = |kept: Kept| -> Result<_, OperationError> {
+                if !quick {
+                    return Ok(made(kept)?.solve());
+                }
+                Ok(match made(kept)?.solve_with(SaddlePoint) {
+                    // What it takes for nearly dependent others take.
+                    Err(EditError::Solve(SolveError::IllConditioned { .. })) => made(kept)?.solve(),
+                    solved => solved,
+                })
             };
             // Where the other edge has corners that the surface has not, the two conflict: there they appear. What meets along a seam goes on meeting, if it can.
             let mut solved = edit(kept)?;
@@ -560,7 +570,10 @@ impl Work {
     }
 }
 
-/// Why it cannot be measured how much a surface bends: which of its knots are closest together, by the length of their domain.
+/// Knots that are closer together than this part of their domain hide how much a surface bends.
+const CLOSE: f64 = 1e-4;
+
+/// Why it cannot be measured how much a surface bends: its degree, or which of its knots are closest together, by the length of their domain.
 fn too_close(surface: &Surface) -> String {
     let mut closest = (f64::INFINITY, "u", 0.0, 0.0);
     for (name, space) in [("u", surface.u()), ("v", surface.v())] {
@@ -571,7 +584,13 @@ fn too_close(surface: &Surface) -> String {
             }
         }
     }
-    let (_, name, at, gap) = closest;
+    let (share, name, at, gap) = closest;
+    if share > CLOSE {
+        let degree = surface.u().degree().max(surface.v().degree());
+        return format!(
+            "how much the surface bends cannot be measured: rounding hides that of degree {degree}"
+        );
+    }
     format!(
         "how much the surface bends cannot be measured: its knots at {name} = {} are only {} apart",
         figure(at),

@@ -95,3 +95,12 @@ fn a_lower_continuity_is_advised_as_it_works() {
     fields["metric"] = "least".into();
     matched(&a, &b, fields);
 }
+
+/// Tubes of 1e9 with seams: one solver takes their equations for dependent, and that is no reason to give up.
+#[test]
+fn what_one_solver_cannot_another_does() {
+    let cases: Value = serde_json::from_str(include_str!("golden/dependent.json")).unwrap();
+    let (a, b) = (surface(&cases[0]["a"]), surface(&cases[0]["b"]));
+    let found = tried(&a, &b, cases[0]["fields"].clone());
+    assert!(!found.as_ref().is_err_and(|told| told.contains("nearly dependent")), "{found:?}");
+}

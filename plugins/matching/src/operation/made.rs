@@ -4,7 +4,7 @@ use loftsman_kernel::edit::{Corner, Edited};
 use loftsman_kernel::functional::Functional;
 use loftsman_kernel::plugin::StepReport;
 use loftsman_kernel::spline::Surface;
-use loftsman_kernel::text::figure;
+use loftsman_kernel::text::{figure, without_rounding};
 
 use super::Asked;
 use super::changed::Changed;
@@ -119,15 +119,17 @@ impl Made {
         }
         if self.way.is_none() && self.changed.goes_far() {
             let length = |x: f64| format!("{} {}", figure(x), asked.unit.symbol());
-            let (far, edge) = (length(self.changed.moved), length(self.changed.edge));
+            let far = length(self.changed.moved);
+            let edge = match without_rounding(self.changed.edge, self.size) {
+                0.0 => "stays where it is".to_owned(),
+                edge => format!("goes no more than {}", length(edge)),
+            };
             let more = if asked.bend {
                 "metric = \"least\", or more that stays at the opposite edge (`keep`), holds it back, where they can"
             } else {
                 "more that stays at the opposite edge (`keep`) holds it back, where it can"
             };
-            notes.push(format!(
-                "it goes up to {far} from where it was, and its edge no more than {edge}: {more}"
-            ));
+            notes.push(format!("it goes up to {far} from where it was, and its edge {edge}: {more}"));
         }
         if let Some([u, v]) = self.changed.fold {
             let (u, v) = (figure(u), figure(v));
