@@ -118,8 +118,13 @@ impl Before {
                 before => {
                     let name = object.name();
                     let (was, is) = (stood(&self.standings, name), stood(&standings, name));
-                    let change = change(name, before.map(|b| (b, was)), Some((after, is)), known);
-                    report.warnings.extend(collapsed(&change, before.map(Arc::as_ref), after));
+                    let mut change = change(name, before.map(|b| (b, was)), Some((after, is)), known);
+                    if let Some(warning) = collapsed(&change, before.map(Arc::as_ref), after) {
+                        // What is a line or a point has no area, whatever its quadrature could not tell.
+                        change.unmeasured.clear();
+                        change.area.after = change.area.after.or(change.area.before.map(|_| 0.0));
+                        report.warnings.push(warning);
+                    }
                     report.objects.push(change);
                 }
             }
@@ -278,6 +283,42 @@ mod tests {
                 "{:?}",
                 report.objects
             );
+        }
+    }
+
+    /// Surfaces of which rounding is all that is left are points, whatever directions that has; and have no area.
+    #[test]
+    fn surfaces_that_have_collapsed_are_told_as_what_is_left() {
+        let scene = |at: &dyn Fn(f64, f64, f64) -> Point| {
+            let side = || Space::clamped_uniform(2, 4).unwrap();
+            let points = (0..16).map(|k| {
+                let (i, j) = (f64::from(k / 4), f64::from(k % 4));
+                at(i, j, (f64::from(k) * 1.7).sin())
+            });
+            let surface = loftsman_kernel::spline::Surface::new(side(), side(), points.collect()).unwrap();
+            let mut scene = Scene::new();
+            scene.add(Object::new("s", surface.into())).unwrap();
+            scene
+        };
+        let before = scene(&|i, j, noise| Point::new(i, j, 0.3 * noise));
+        for (after, left) in [
+            (
+                scene(&|i, j, noise| Point::new(1.0 + 1e-15 * i, 2.0 + 1e-15 * j, 1e-15 * noise)),
+                Some("a point"),
+            ),
+            (scene(&|i, j, _| Point::new(i + 0.5 * j, 2.0 * i + j, -i - 0.5 * j)), Some("a line")),
+            (scene(&|i, j, noise| Point::new(i, 1e-3 * j, 1e-4 * noise)), None),
+        ] {
+            let report = told(&before, &after);
+            let said = left.map(|left| format!("\"s\" has shrunk to {left},"));
+            assert_eq!(report.warnings.len(), usize::from(left.is_some()), "{:?}", report.warnings);
+            assert!(
+                report.warnings.iter().zip(&said).all(|(told, said)| told.starts_with(said)),
+                "{report:?}"
+            );
+            let change = &report.objects[0];
+            assert!(left.is_none() || change.unmeasured.is_empty(), "{change:?}");
+            assert!(left.is_none() || change.area.after.is_some_and(|area| area.abs() < 1e-6), "{change:?}");
         }
     }
 

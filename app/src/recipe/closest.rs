@@ -30,6 +30,8 @@ const FIELDS: [(&str, &str); 9] = [
 ];
 /// The most polynomial pieces that are searched where a shape has no search of its own, or for further places as near.
 const CELLS: usize = 20_000;
+/// A parameter that is a knot but for this part of the domain is that knot.
+const AS_A_KNOT: f64 = 1e-9;
 /// Two distances that differ by less than this share of the shape's size are one.
 const AS_NEAR: f64 = 1e-7;
 
@@ -291,14 +293,14 @@ fn along(line: &Polyline, point: Point) -> Result<Found> {
 }
 
 /// The location with parameters to a billionth of their domain, which people can read and copy: the place is the same to a
-/// billionth of the shape's size or so.
+/// billionth of the shape's size or so. One that is a knot to that stays that knot, to the last bit: another one beside it would be a corner.
 fn shortened(shape: &dyn Shape, at: Location) -> Location {
     let domain = match at {
         Location::Face(face, ..) => shape.face_domain(face),
         _ => shape.domain(),
     };
-    let short = |u: f64, side: usize| {
-        let side = domain.get(side);
+    let short = |u: f64, number: usize| {
+        let side = domain.get(number);
         let (start, end) = side.map_or((0.0, 1.0), |side| (side.start, side.end));
         // Beyond its domain only what is periodic goes on.
         let (low, high) =
@@ -306,7 +308,12 @@ fn shortened(shape: &dyn Shape, at: Location) -> Location {
         let decimals = 9 - (end - start).log10().floor().clamp(-300.0, 300.0) as i32;
         let rounded =
             usize::try_from(decimals).ok().and_then(|decimals| format!("{u:.decimals$}").parse().ok());
-        rounded.unwrap_or(u).clamp(low, high)
+        let face = match at {
+            Location::Face(face, ..) => Some(face),
+            _ => None,
+        };
+        let knot = knot_at(shape, face, number, u, AS_A_KNOT * (end - start));
+        knot.unwrap_or_else(|| rounded.unwrap_or(u).clamp(low, high))
     };
     match at {
         Location::Curve(u) => Location::Curve(short(u, 0)),
@@ -314,6 +321,15 @@ fn shortened(shape: &dyn Shape, at: Location) -> Location {
         Location::Face(face, u, v) => Location::Face(face, short(u, 0), short(v, 1)),
         vertex @ Location::Vertex(_) => vertex,
     }
+}
+
+/// The end of a polynomial piece that is nearest to a parameter and no farther from it than this.
+fn knot_at(shape: &dyn Shape, face: Option<u32>, side: usize, u: f64, within: f64) -> Option<f64> {
+    let cells = shape.cells()?;
+    let own = cells.iter().filter(|cell| cell.face == face);
+    let ends = own.filter_map(|cell| cell.sides.get(side).map(|side| [side.start, side.end]));
+    let near = ends.flatten().filter(|knot| (knot - u).abs() <= within);
+    near.min_by(|a, b| (a - u).abs().total_cmp(&(b - u).abs()))
 }
 
 fn of_surface(surface: &loftsman_kernel::spline::Surface, point: Point) -> Result<(Location, f64)> {

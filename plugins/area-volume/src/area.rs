@@ -7,6 +7,7 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use loftsman_kernel::plugin::{Declaration, ParameterError, Parameters};
+use loftsman_kernel::text::figure;
 
 use crate::NOTHING;
 use crate::members::{OBJECT, OBJECTS};
@@ -119,14 +120,12 @@ impl Functional for Area {
         if wanted * present > 0.0 && wanted / present > NOTHING {
             return Ok(());
         }
-        let what = self.describe();
+        let (what, [was, to]) = (self.describe(), [present, wanted].map(figure));
         Err(Error::Invalid(if wanted.abs() <= NOTHING * present.abs() {
-            format!(
-                "{what}: nothing is left of it at an area of {wanted:e}; ask for one like the present {present:.6}"
-            )
+            format!("{what}: nothing is left of it at an area of {to}; ask for one like the present {was}")
         } else {
             format!(
-                "{what}: it is {present:.6} and should become {wanted:.6}, which would turn the curve inside out; give an \
+                "{what}: it is {was} and should become {to}, which would turn the curve inside out; give an \
                  area of the same sign, or reverse the curve or the normal"
             )
         }))

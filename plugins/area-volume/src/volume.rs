@@ -6,6 +6,7 @@ use loftsman_kernel::Result;
 use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::{DeclaredFunctional, Functional, Linearity, On, Rows, ShapeNames, Shapes};
 use loftsman_kernel::plugin::{Declaration, ParameterError, Parameters};
+use loftsman_kernel::text::figure;
 
 use crate::NOTHING;
 use crate::members::{Members, OBJECT, OBJECTS};
@@ -91,15 +92,13 @@ impl Functional for Volume {
         if wanted * present > 0.0 && wanted / present > NOTHING {
             return Ok(());
         }
-        let what = self.describe();
+        let (what, [was, to]) = (self.describe(), [present, wanted].map(figure));
         Err(Error::Invalid(if wanted.abs() <= NOTHING * present.abs() {
-            format!(
-                "{what}: nothing is left of it at a volume of {wanted:e}; ask for one like the present {present:.6}"
-            )
+            format!("{what}: nothing is left of it at a volume of {to}; ask for one like the present {was}")
         } else {
             format!(
-                "{what}: it is {present:.6} (negative where the surface's normals point inwards) and should become \
-                 {wanted:.6}, which would turn it inside out; give a volume of the same sign, or reverse the surface"
+                "{what}: it is {was} (negative where the surface's normals point inwards) and should become \
+                 {to}, which would turn it inside out; give a volume of the same sign, or reverse the surface"
             )
         }))
     }

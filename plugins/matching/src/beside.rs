@@ -331,6 +331,11 @@ fn round(edge: &EdgeCurve, curve: &Curve, exact: bool) -> Result<(Track, Option<
     let edge = &edge.curve;
     let ((a, b), (c, d)) = (edge.domain(), curve.domain());
     let track = |start: f64, reversed: bool| {
+        // Where it is a knot but for rounding it is that.
+        let start = if start < c { start + (d - c) } else { start };
+        let start = if start > d { start - (d - c) } else { start };
+        let knot = curve.space().breakpoints().into_iter().find(|k| (k - start).abs() <= TOGETHER * (d - c));
+        let start = knot.unwrap_or(start);
         // The start of a curve run backwards is its end.
         let start = if reversed && start <= c {
             d
@@ -416,7 +421,10 @@ fn round(edge: &EdgeCurve, curve: &Curve, exact: bool) -> Result<(Track, Option<
         if track.reversed == best.reversed { away(track.start, best.start) } else { 1.0 }
     };
     let as_good = |(found, track): &(f64, Track)| *found <= enough && turned(track) <= ASKEW;
-    let begun = alike.filter(|one| exact || as_good(one)).map_or(best, |(_, track)| track);
+    let begun = match alike.filter(|one| exact || as_good(one)) {
+        Some((_, track)) => track,
+        None => track(best.start + together(edge.space(), curve.space(), &best), best.reversed),
+    };
     let turn = turned(&begun);
     let seam = !edge.space().is_periodic();
     // Run the other way it is as far off as can be; nothing is askew of what looks the same from everywhere.
@@ -426,6 +434,51 @@ fn round(edge: &EdgeCurve, curve: &Curve, exact: bool) -> Result<(Track, Option<
         seam,
     });
     Ok((begun, askew))
+}
+
+/// How much farther along a closed curve it is begun so that knots of edge and curve that lie all but beside one another do: two knots with next to nothing
+/// between them would be a piece that nothing holds. Where both have their corners, or what may be one, first; else as many as can be; and by no more than
+/// [`ASKEW`], which turns what runs across by next to nothing.
+fn together(edge: &Space, curve: &Space, track: &Track) -> f64 {
+    let length = curve.length();
+    let around = |space: &Space| {
+        let mut breaks = space.breakpoints();
+        // The end of what is closed is its start.
+        breaks.pop();
+        breaks.truncate(STARTS);
+        breaks
+    };
+    let off = |t: f64, knot: f64| {
+        let off = ((knot - track.there(t)) / length).rem_euclid(1.0);
+        if off > 0.5 { off - 1.0 } else { off }
+    };
+    let near = |edges: &[f64], knots: &[f64]| -> Vec<f64> {
+        let each = edges.iter().flat_map(|t| knots.iter().map(move |knot| off(*t, *knot)));
+        let mut all: Vec<f64> = each.filter(|off| off.abs() <= ASKEW).collect();
+        all.sort_by(f64::total_cmp);
+        all
+    };
+    let sharp = |space: &Space| {
+        let start = space.domain().0;
+        let may_turn = |knot: &f64| {
+            !space.is_periodic() && *knot == start || space.multiplicity(*knot) >= space.degree()
+        };
+        around(space).into_iter().filter(may_turn).collect::<Vec<f64>>()
+    };
+    let mut all = near(&sharp(edge), &sharp(curve));
+    if all.is_empty() {
+        all = near(&around(edge), &around(curve));
+    }
+    // Of those that can be met at once the most, and of equals the nearest.
+    let mut best = None::<(usize, f64)>;
+    for (k, low) in all.iter().enumerate() {
+        let met = all[k..].partition_point(|off| off - low <= AT_KNOT);
+        let at = all[k + met / 2];
+        if best.is_none_or(|(most, by)| met > most || met == most && at.abs() < by.abs()) {
+            best = Some((met, at));
+        }
+    }
+    best.map_or(0.0, |(_, by)| by * length)
 }
 
 /// The largest coordinate of a curve's control vertices.

@@ -163,3 +163,87 @@ fn both_tangent_planes_at_a_corner_are_met() {
     }
     assert_eq!(made, 8);
 }
+
+/// Knots of a space over its domain from 0 to 1: how near the nearest two of them are, and the nearest one to the seam of what is not periodic.
+fn nearest_knots(around: &Space) -> (f64, f64) {
+    let (start, length) = (around.domain().0, around.length());
+    let knots: Vec<f64> = around.breakpoints().iter().map(|knot| (knot - start) / length).collect();
+    let least = knots.windows(2).map(|pair| pair[1] - pair[0]).fold(1.0, f64::min);
+    let inner = &knots[1..knots.len() - 1];
+    (least, inner.iter().map(|knot| knot.min(1.0 - knot)).fold(1.0, f64::min))
+}
+
+/// Round tubes of unlike counts and degrees, whose seams (sharp or smooth, or none) lie at the same angle or at all but the same: no knot comes to lie beside another
+/// one, where nothing but that one is meant, and none is refused for it.
+#[test]
+fn seams_that_lie_beside_one_another_are_one() {
+    let mut registry = Registry::new();
+    MatchingPlugin.register(&mut registry);
+    let context = Context { registry: &registry, observer: &Quiet, clock: &NoClock };
+    let ring = |degree: usize, count: usize, kind: &str, turn: f64, size: f64| -> (Space, Vec<[f64; 2]>) {
+        let space = match kind {
+            "none" => Space::periodic_uniform(degree, count).unwrap(),
+            _ => Space::clamped_uniform(degree, count).unwrap(),
+        };
+        let (start, length) = (space.domain().0, space.length());
+        let shares: Vec<f64> =
+            (0..count)
+                .map(|i| {
+                    if kind == "none" {
+                        i as f64 / count as f64
+                    } else {
+                        (space.greville(i) - start) / length
+                    }
+                })
+                .collect();
+        let place = |share: &f64| {
+            let (s, c) = (std::f64::consts::TAU * share).sin_cos();
+            [size * c, 0.8 * size * s]
+        };
+        let mut points: Vec<[f64; 2]> = shares.iter().map(place).collect();
+        if kind == "smooth" {
+            // Upright where it begins and ends.
+            (points[1][0], points[count - 2][0]) = (points[0][0], points[0][0]);
+        }
+        (space, turned(&points, turn))
+    };
+    let mut refused = Vec::new();
+    let mut made = 0;
+    for [p, n, q, m] in [[3, 8, 4, 10], [3, 10, 3, 8], [3, 9, 3, 9], [4, 8, 3, 8], [3, 12, 3, 24]] {
+        for [own, there] in [
+            ["sharp", "sharp"],
+            ["smooth", "sharp"],
+            ["sharp", "smooth"],
+            ["none", "smooth"],
+            ["none", "sharp"],
+        ] {
+            for (turn, continuity) in [(0.0, 0), (0.0, 1), (0.0, 2), (0.003, 1)] {
+                let case =
+                    format!("{own} {p} {n} to {there} {q} {m}, turned by {turn}, continuity {continuity}");
+                let (around, section) = ring(p, n, own, turn, 0.9);
+                let a = tube(-2.0, around, &section, 1.0);
+                let (around, section) = ring(q, m, there, 0.0, 1.0);
+                let mut scene = Scene::new();
+                scene.add(Object::new("a", a.into())).unwrap();
+                scene.add(Object::new("b", tube(0.0, around, &section, 1.0).into())).unwrap();
+                let fields = json!({ "object": "a", "edge": "u1", "with": { "object": "b", "edge": "u0" },
+                    "continuity": continuity });
+                let parameters = Parameters::new(fields, "step[0]").unwrap();
+                match MatchOperation.apply(&mut scene, &parameters, &context) {
+                    Err(error) => refused.push(format!("{case}: {error}")),
+                    Ok(report) => {
+                        let around = scene.surface("a").unwrap().v().clone();
+                        let (least, beside) = nearest_knots(&around);
+                        assert!(least > 1e-4, "{case}: {least} {around:?}");
+                        let seam = own != "none" || there == "sharp";
+                        assert!(!seam || around.is_periodic() || beside > 2e-3, "{case}: {beside}");
+                        let folds = report.notes.iter().any(|note| note.starts_with("it folds back"));
+                        assert!(!folds, "{case}: {:?}", report.notes);
+                        made += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(refused.len() <= made / 20, "{made} made, {refused:#?}");
+}

@@ -143,8 +143,8 @@ mod tests {
 
     #[test]
     fn rounding_is_no_place() {
-        assert_eq!(place([-4.244, 0.3675, 3.5e-17]), "(-4.244 0.3675 0)");
-        assert_eq!(place([1e-17, 0.0, 2e-17]), "(1e-17 0 2e-17)");
+        assert_eq!(place([-4.244, 0.3675, 3.5e-17]), "(-4.244, 0.3675, 0)");
+        assert_eq!(place([1e-17, 0.0, 2e-17]), "(1e-17, 0, 2e-17)");
     }
 
     #[test]

@@ -202,3 +202,28 @@ fn what_is_no_place_says_why() {
     let error = resolved(json!({ "at": { "closest": [1, 2, 3] } })).unwrap_err();
     assert!(error.contains("say which object it is about"), "{error}");
 }
+
+/// A place that is a knot is that knot, to the last bit, and is told as it is: another one beside it would be a corner. Others have nine digits.
+#[test]
+fn a_knot_that_is_pointed_at_stays_that_knot() {
+    for inner in [2.0 / 9.0, 1.0 / 3.0, 0.7] {
+        let knots = [0.0, 0.0, 0.0, 0.0, inner, 1.0, 1.0, 1.0, 1.0].map(|u: f64| 100.0 * u - 3.0);
+        let inner = knots[4];
+        let points = [(0.0, 0.0), (1.0, 2.0), (3.0, 2.5), (5.0, 1.0), (6.0, 0.0)];
+        let points: Vec<Point> = points.iter().map(|(x, y)| Point::new(*x, *y, 0.3 * x)).collect();
+        let curve = Curve::new(Space::open(3, knots.to_vec()).unwrap(), points).unwrap();
+        let at = |u: f64| {
+            let found = nearest(&curve.clone().into(), curve.point(u).unwrap()).unwrap();
+            let Location::Curve(found) = found.at else { panic!("a curve") };
+            found
+        };
+        assert_eq!(at(inner), inner);
+        let beside = inner + 1.234_567_890_123e-3;
+        assert!(at(beside) != inner && (at(beside) - beside).abs() < 1e-7, "{} {beside}", at(beside));
+        assert_eq!([knots[0], knots[8]].map(at), [knots[0], knots[8]]);
+        let surface =
+            loftsman_kernel::spline::Surface::extrusion(&curve, loftsman_kernel::Vector::z()).unwrap();
+        let found = nearest(&surface.clone().into(), surface.point(inner, 0.5).unwrap()).unwrap();
+        assert!(matches!(found.at, Location::Surface(u, _) if u == inner), "{:?}", found.at);
+    }
+}

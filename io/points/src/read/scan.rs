@@ -106,21 +106,26 @@ struct Scanner<'t> {
     no_row: Option<(usize, String)>,
 }
 
-/// Whether a line that is no row is meant as text: it begins with a word, has words and no number at all, or words and at most one number among them
-/// ("1. See report"). One field of a row that is wrong is none ("0.5 O.25").
-fn is_text(line: &[u8], separator: Separator) -> bool {
+/// Whether a line that is no row is meant as text: it begins with a word or with a mark that no number has ("* see p. 3"), has words and no number at
+/// all, or words and at most one number among them in another count of fields than rows have ("12 % thick"). One field of a row that is wrong is none
+/// ("0.5 O.25").
+fn is_text(line: &[u8], columns: &Columns) -> bool {
+    let separator = columns.separator();
     let is_word = |field: &[u8]| matches!(parse(field, true, &mut Signs::default()), Err(NumberFault::Word));
     let first = separator.fields(line).next().unwrap_or_default();
-    if first.first().is_some_and(|b| b.is_ascii_alphabetic() || *b > 127 || *b == b'(') && is_word(first) {
+    let begins = |b: &u8| b.is_ascii_alphabetic() || *b > 127 || b"(*$&@=~<>[{|_\\".contains(b);
+    if first.first().is_some_and(begins) && is_word(first) {
         return true;
     }
     let spoken = |field: &&[u8]| {
         is_word(field) && field.windows(2).any(|pair| pair.iter().all(u8::is_ascii_alphabetic))
     };
-    let words = Separator::Blanks.fields(line).filter(spoken).count();
+    let blanks = || Separator::Blanks.fields(line);
+    let words = blanks().filter(spoken).count();
     let numbers = |separator: Separator| separator.fields(line).filter(|field| !is_word(field)).count();
     let numbers = [numbers(Separator::Blanks), numbers(separator)].into_iter().max().unwrap_or(0);
-    words >= 2 && numbers <= 1 || words == 1 && numbers == 0
+    let as_a_row = blanks().count() == columns.count || separator.fields(line).count() == columns.count;
+    words >= 1 && (numbers == 0 || numbers == 1 && (words >= 2 || !as_a_row))
 }
 
 impl<'t> Scanner<'t> {
@@ -196,7 +201,7 @@ impl<'t> Scanner<'t> {
             return Err((here, problem));
         };
         let control = line.iter().any(|b| matches!(b, 0..=8 | 14..=31 | 127));
-        if control || !is_text(line, columns.separator()) || self.below.len() >= MOST_WORDS {
+        if control || !is_text(line, columns) || self.below.len() >= MOST_WORDS {
             return Err((here, problem));
         }
         self.check_headed()?;

@@ -169,6 +169,10 @@ fn footnotes_may_begin_with_a_mark_or_a_number() {
         "0.5 at the nose",
         "-- end --",
         "3 rows follow no more",
+        "* see p. 3",
+        "** 25 points **",
+        "$12",
+        "12 % thick or so",
     ] {
         for (file, rows) in [
             ("a.dat", "RAE\n1 0\n0 0.1\n1 0\n"),

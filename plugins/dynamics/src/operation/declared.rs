@@ -162,7 +162,7 @@ pub(super) const KINDS: [Declaration; 7] = [
         help: "a curve passes itself, wherever on both sides",
         fields: &[Field::required(
             "near",
-            "list of two locations",
+            "[location, location]",
             "the two that start together; both slide: [a, b] on a curve, [[u, v], [u, v]] on a surface",
         )],
     },
