@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use loftsman_kernel::Point;
-use loftsman_kernel::edit::{Ask, Edit};
+use loftsman_kernel::edit::{Ask, Axis, Edit};
 use loftsman_kernel::functional::position;
 use loftsman_kernel::scene::Unit;
 use loftsman_kernel::spline::{Curve, Space};
@@ -116,4 +116,32 @@ fn a_few_of_many_redundant_constraints_are_named() {
     let text = report.to_string();
     assert_eq!(report.redundant.len(), 299);
     assert!(text.ends_with("position at 4.5 and 294 more") && text.len() < 300, "{text}");
+}
+
+/// What a best effort makes of equations that contradict one another is their least squares, whether a bound elsewhere is touched or not, and in whatever order they are asked.
+#[test]
+fn a_bound_that_is_touched_changes_nothing_of_a_best_effort() {
+    let curve = twelve();
+    let z = |by: f64| position(1.3).axis(Axis::Z).at_least(by);
+    let ask = |edit: Edit<Curve>, by: f64| edit.ask(position(4.5).axis(Axis::Y).by(by));
+    let start = curve.point(4.5).unwrap().y;
+    for bounds in [vec![], vec![-1.0], vec![3.0], vec![3.0, 0.5], vec![0.25, 2.0]] {
+        for wishes in [[0.4, 0.0], [0.0, 0.4], [0.1, 0.7]] {
+            let edit = wishes.into_iter().fold(Edit::new(&curve), ask);
+            let edit = bounds.iter().fold(edit, |edit, by| edit.ask(z(*by)));
+            let edit = edit.ask(position(8.0).axis(Axis::X).at_most(100.0));
+            let solved = edit.best_effort().solve().unwrap();
+            let (case, report) = (format!("{bounds:?} {wishes:?}"), solved.report());
+            let mean = 0.5 * (wishes[0] + wishes[1]);
+            let found = solved.shape().point(4.5).unwrap().y - start;
+            assert!((found - mean).abs() < 1e-12, "{case}: {found}");
+            let high = bounds.iter().copied().fold(0.0, f64::max);
+            assert!((solved.shape().point(1.3).unwrap().z - high).abs() < 1e-12, "{case}");
+            assert!(report.best_effort && report.missed().len() == 2, "{case}: {report}");
+            let half = 0.5 * (wishes[1] - wishes[0]).abs();
+            for missed in &report.constraints[..2] {
+                assert!((missed.residual - half).abs() < 1e-12, "{case}: {}", missed.residual);
+            }
+        }
+    }
 }

@@ -72,9 +72,10 @@ impl Problem {
         }
         let part = full.select(&kept);
         let mut solved = self.equal(solver, &part, gather(rhs, &kept), gather(size, &kept))?;
-        let mut rhs = rhs.to_vec();
-        kept.iter().zip(&solved.rhs).for_each(|(&row, b)| rhs[row] = *b);
-        let program = Program { system: &full.system, rhs: &rhs, senses: &senses, size };
+        // What a best effort makes of the equations is what the inequalities stand beside.
+        let mut softened = rhs.to_vec();
+        kept.iter().zip(&solved.rhs).for_each(|(&row, b)| softened[row] = *b);
+        let program = Program { system: &full.system, rhs: &softened, senses: &senses, size };
         match solver.program(&program)? {
             Outcome::Infeasible { rows } => Err(contradiction(self, full, &rows).into()),
             Outcome::Active { rows, .. } if rows.is_empty() => {
@@ -86,7 +87,8 @@ impl Problem {
                 kept.sort_unstable();
                 let part = full.select(&kept);
                 let softened = solved.softened;
-                solved = self.equal(solver, &part, gather(&rhs, &kept), gather(size, &kept))?;
+                // From what was asked: softened once more, what was softened would be the least squares of other equations.
+                solved = self.equal(solver, &part, gather(rhs, &kept), gather(size, &kept))?;
                 solved.part = Some((part, kept));
                 solved.active = rows;
                 solved.softened |= softened;
