@@ -111,7 +111,7 @@ pub(crate) fn over_budget(
         Chord::Relative(fraction) => (fraction, " of the diagonal"),
     };
     let degrees = figure(fineness.angle.to_degrees());
-    let asked = format!("a chord tolerance of {tolerance:e}{of} with an angle of {degrees}° needs");
+    let asked = format!("a chord tolerance of {tolerance:e}{of} with an angle of {degrees} degrees needs");
     Error::Invalid(match needed {
         Some(needed) => {
             let enough = tolerance * (needed / budget as f64).powf(1.0 / power);
