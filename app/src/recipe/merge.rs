@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use loftsman_kernel::plugin::{
-    Context, Declaration, Field, Operation, OperationError, ParameterError, Parameters, StepReport,
+    Context, Declaration, Field, FormatErrorKind, Operation, OperationError, ParameterError, Parameters,
+    StepReport,
 };
 use loftsman_kernel::scene::{Scene, Side};
 use serde_json::{Map, Value, json};
@@ -66,7 +67,8 @@ impl Operation for Merge {
                 if error.is_cancelled() {
                     return OperationError::Cancelled;
                 }
-                p.error(&place, error.to_string()).into()
+                let option = matches!(&error, Error::Format(error) if error.kind == FormatErrorKind::Option);
+                p.error(if option { "read" } else { &place }, error.to_string()).into()
             };
             let input = Input::open(file).map_err(refused)?;
             let content = conversion.read(&input, context.observer, context.registry).map_err(refused)?;
