@@ -120,12 +120,15 @@ impl Functional for Area {
         if wanted * present > 0.0 && wanted / present > NOTHING {
             return Ok(());
         }
-        let (what, [was, to]) = (self.describe(), [present, wanted].map(figure));
+        let what = self.describe();
         Err(Error::Invalid(if wanted.abs() <= NOTHING * present.abs() {
-            format!("{what}: nothing is left of it at an area of {to}; ask for one like the present {was}")
+            format!(
+                "{what}: nothing is left of it at an area of {}; ask for one like the present {present:.6}",
+                figure(wanted)
+            )
         } else {
             format!(
-                "{what}: it is {was} and should become {to}, which would turn the curve inside out; give an \
+                "{what}: it is {present:.6} and should become {wanted:.6}, which would turn the curve inside out; give an \
                  area of the same sign, or reverse the curve or the normal"
             )
         }))

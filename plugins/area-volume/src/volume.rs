@@ -92,13 +92,16 @@ impl Functional for Volume {
         if wanted * present > 0.0 && wanted / present > NOTHING {
             return Ok(());
         }
-        let (what, [was, to]) = (self.describe(), [present, wanted].map(figure));
+        let what = self.describe();
         Err(Error::Invalid(if wanted.abs() <= NOTHING * present.abs() {
-            format!("{what}: nothing is left of it at a volume of {to}; ask for one like the present {was}")
+            format!(
+                "{what}: nothing is left of it at a volume of {}; ask for one like the present {present:.6}",
+                figure(wanted)
+            )
         } else {
             format!(
-                "{what}: it is {was} (negative where the surface's normals point inwards) and should become \
-                 {to}, which would turn it inside out; give a volume of the same sign, or reverse the surface"
+                "{what}: it is {present:.6} (negative where the surface's normals point inwards) and should become \
+                 {wanted:.6}, which would turn it inside out; give a volume of the same sign, or reverse the surface"
             )
         }))
     }

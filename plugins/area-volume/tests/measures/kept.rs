@@ -159,8 +159,10 @@ proptest! {
             let to = from + turn * here * size;
             session.to_point(to).unwrap();
             let shape = session.shape();
-            prop_assert!((shape.point(handle).unwrap() - to).amax() <= ROUNDING * reach, "event {event}");
-            prop_assert!((shape.point(held).unwrap() - stays).amax() <= ROUNDING * reach, "event {event}");
+            for (found, place) in [(handle, to), (held, stays)] {
+                let off = (shape.point(found).unwrap() - place).amax();
+                prop_assert!(off <= ROUNDING * reach, "event {event}: {off:e} of {reach} off {place}");
+            }
             let now: Vec<&dyn Shape> = (0..curves.len()).map(|i| session.shape_at(i).unwrap()).collect();
             let error = value(&now) / target - 1.0;
             prop_assert!(error.abs() <= KEPT, "event {event}: {error:e}");
