@@ -432,7 +432,7 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("isocurve", "name", none(), json!("one"), json!("other"));
     add("edge", "object", json!({ "edge": "v0" }), json!("patch"), json!("clamped curve"));
     add("edge", "edge", none(), json!("u0"), json!("v0"));
-    let border = json!({ "object": "window", "edge": "border 0" });
+    let border = json!({ "object": "pane", "edge": "border 0" });
     add("edge", "tolerance", border, json!(1e-2), json!(1e-5));
     add("sample", "object", none(), json!("clamped curve"), json!("chain"));
     add(
@@ -757,10 +757,10 @@ fn furnished() -> tempfile::TempDir {
         (0..3).map(|i| (0..3).map(|j| json!([i, j, (i - 1) * (j - 1)])).collect::<Vec<_>>()).collect();
     let loop_of_it = json!({ "degree": 3, "periodic": false, "knots": [0, 0, 0, 0, 1, 1, 1, 2, 2, 2, 2],
         "points": [[0.2, 0.5, 0], [0.2, 0.1, 0], [0.8, 0.1, 0], [0.8, 0.5, 0], [0.8, 0.9, 0], [0.2, 0.9, 0], [0.2, 0.5, 0]] });
-    let window = json!({ "surface": { "u": side, "v": side, "points": bowl }, "curves": [],
+    let pane = json!({ "surface": { "u": side, "v": side, "points": bowl }, "curves": [],
         "regions": [{ "outer": [{ "curve": loop_of_it, "from": 0, "to": 2 }], "holes": [] }] });
     for (name, kind, what) in [
-        ("window", "trimmed", window),
+        ("pane", "trimmed", pane),
         ("kinked", "curve", kinked),
         ("line", "curve", line(-2.0, 2.0)),
         // It ends within the ring, 0.2 or so from it.
