@@ -330,12 +330,13 @@ fn round(edge: &EdgeCurve, curve: &Curve, exact: bool) -> Result<(Track, Option<
     let size = edge.spread();
     let edge = &edge.curve;
     let ((a, b), (c, d)) = (edge.domain(), curve.domain());
+    let breaks = curve.space().breakpoints();
     let track = |start: f64, reversed: bool| {
         // Where it is a knot but for rounding it is that.
         let start = if start < c { start + (d - c) } else { start };
         let start = if start > d { start - (d - c) } else { start };
-        let knot = curve.space().breakpoints().into_iter().find(|k| (k - start).abs() <= TOGETHER * (d - c));
-        let start = knot.unwrap_or(start);
+        let knot = breaks.iter().find(|k| (*k - start).abs() <= TOGETHER * (d - c));
+        let start = knot.copied().unwrap_or(start);
         // The start of a curve run backwards is its end.
         let start = if reversed && start <= c {
             d
@@ -389,7 +390,6 @@ fn round(edge: &EdgeCurve, curve: &Curve, exact: bool) -> Result<(Track, Option<
     }
     let mut best = turn(0.5 * low + 0.5 * high);
     let mut far = of(&best)?;
-    let breaks = curve.space().breakpoints();
     let inside = breaks.iter().copied().filter(|&k| k > c && k < d).take(STARTS);
     let starts: Vec<Track> = std::iter::once(c)
         .chain(inside)
@@ -487,7 +487,7 @@ fn size_of(curve: &Curve) -> f64 {
 }
 
 /// Whether a curve ends where it starts, and is not a point.
-fn closed(curve: &Curve) -> Result<bool> {
+pub(crate) fn closed(curve: &Curve) -> Result<bool> {
     if curve.is_periodic() {
         return Ok(true);
     }

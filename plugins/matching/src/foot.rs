@@ -2,8 +2,9 @@
 
 use loftsman_kernel::error::Result;
 use loftsman_kernel::spline::{Curve, Space, Surface};
-use loftsman_kernel::topology::TOGETHER;
 use loftsman_kernel::{Point, Vector};
+
+use crate::beside::closed;
 
 /// The most steps to a nearest place, and halvings of one.
 const STEPS: usize = 12;
@@ -19,10 +20,7 @@ pub(crate) struct Foot {
 
 impl Foot {
     pub(crate) fn new(curve: Curve) -> Result<Self> {
-        let (a, b) = curve.domain();
-        let start = curve.point(a)?;
-        let spread = curve.points().iter().map(|p| (p - start).norm()).fold(0.0, f64::max);
-        let closed = curve.is_periodic() || (curve.point(b)? - start).norm() <= TOGETHER * spread;
+        let closed = closed(&curve)?;
         Ok(Self { curve, closed })
     }
 
