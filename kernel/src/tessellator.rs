@@ -15,7 +15,7 @@ pub enum Chord {
     /// A length, in the scene's unit.
     Absolute(f64),
     /// A fraction of the diagonal of the shape's bounding box. Formats that write a whole scene take the box of all surfaces that
-    /// hang together by common edges ([`Scene::joined_diagonals`](crate::scene::Scene::joined_diagonals)), so that these stay joined.
+    /// hang together by common edges ([`Scene::joined`](crate::scene::Scene::joined)), so that these stay joined.
     Relative(f64),
 }
 
@@ -74,6 +74,15 @@ pub struct Tessellated {
     /// The largest distance that a point of either can have from the other, in the surface's unit: bounded, not sampled,
     /// and never more than the chord asked for.
     pub error: f64,
+}
+
+/// What meshes beside a surface's have on its border.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Beside<'a> {
+    /// Their points, in the coordinates of the surface, its own among them; those that are not on its border do not matter.
+    pub points: &'a [Point],
+    /// Points nearer than this are one, a length in the unit of the surface.
+    pub near: f64,
 }
 
 /// How far an edge is from the surface of one of its faces.
@@ -218,6 +227,33 @@ pub trait Tessellator: Send + Sync {
     /// # Errors
     /// As for [`curve`](Self::curve).
     fn measured_surface(&self, surface: &Surface, fineness: &Fineness) -> Result<Tessellated>;
+
+    /// The points at which the border of a surface is cut by [`measured_surface_beside`](Self::measured_surface_beside), where nothing is
+    /// beside it. A tessellator need not know them, and then gives none: so does this, unless it is replaced.
+    ///
+    /// # Errors
+    /// As for [`curve`](Self::curve).
+    fn border(&self, surface: &Surface, fineness: &Fineness) -> Result<Vec<Point>> {
+        let _ = (surface, fineness);
+        Ok(Vec::new())
+    }
+
+    /// Triangles of a surface that hangs together with others along edges that are the same as sets of points only (with other knots, of
+    /// other degree, or one a part of the other): its mesh has the points of theirs that are on its border as vertices, so that where all
+    /// are cut so nothing gapes. What it takes to do so is part of the chord, for it and for all that it hangs together with. A tessellator
+    /// need not know how: this is [`measured_surface`](Self::measured_surface), unless it is replaced.
+    ///
+    /// # Errors
+    /// As for [`curve`](Self::curve).
+    fn measured_surface_beside(
+        &self,
+        surface: &Surface,
+        fineness: &Fineness,
+        beside: Beside<'_>,
+    ) -> Result<Tessellated> {
+        let _ = beside;
+        self.measured_surface(surface, fineness)
+    }
 
     /// Triangles of the part of a surface that its loops bound, and how far they are from it at most. A tessellator need not know how,
     /// and then says so: so does this, unless it is replaced.

@@ -6,9 +6,11 @@ use loftsman_kernel::mesh::{Mesh, NONE};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Error, Point, Result, Vector};
 
+use crate::beside::{Between, Corner, Splits, Taken, off};
 use crate::distinct::Distinct;
 use crate::edge::Border;
 use crate::fineness::Frame;
+use crate::normals::normal;
 use crate::patch::Patches;
 use crate::refine::Cells;
 use crate::state::State;
@@ -54,6 +56,20 @@ impl Numbers {
         numbers
     }
 
+    /// The number of a vertex of a side that is no point, counted from its start, of which `inner` are between its ends.
+    fn on(
+        &self,
+        topology: &mut Topology,
+        (edge, patch, side): (usize, usize, usize),
+        vertex: usize,
+        inner: usize,
+    ) -> u32 {
+        match vertex.checked_sub(1) {
+            Some(k) if k < inner => self.edges[edge] + k as u32,
+            end => self.corners[topology.corner(patch, ENDS[side][usize::from(end.is_some())])],
+        }
+    }
+
     /// Adds the numbers of all vertices of a patch; those inside it get new ones.
     fn of(&mut self, topology: &mut Topology, k: usize, cells: &Cells, out: &mut Vec<u32>) {
         let start = out.len();
@@ -91,6 +107,8 @@ pub(crate) struct BorderSide {
     pub(crate) side: usize,
     /// The edge in each state.
     pub(crate) states: Vec<Border>,
+    /// What it takes from beside.
+    pub(crate) taken: Taken,
 }
 
 /// The layers while they grow: distinct values of each point, and which of them each corner has.
@@ -102,6 +120,15 @@ struct Corners {
     found: Vec<Option<[u32; 2]>>,
 }
 
+/// The mesh of a surface in the first of its states.
+pub(crate) struct Assembled {
+    pub(crate) mesh: Mesh,
+    /// The points in each of the other states.
+    pub(crate) others: Vec<Vec<Point>>,
+    /// How far what was taken from beside is from the chords that it divides, or was put where another one is, at most.
+    pub(crate) furthest: f64,
+}
+
 /// Puts the mesh together, as the first state has it; and its points in each of the others.
 pub(crate) fn assemble(
     surface: &Surface,
@@ -110,7 +137,7 @@ pub(crate) fn assemble(
     cells: Vec<Cells>,
     edges: &[Vec<f64>],
     borders: &[BorderSide],
-) -> Result<(Mesh, Vec<Vec<Point>>)> {
+) -> Result<Assembled> {
     let mut numbers = Numbers::new(topology, &cells, edges);
     let mut all = Vec::with_capacity(cells.iter().map(|cells| cells.tree.vertices.len()).sum());
     cells.iter().enumerate().for_each(|(k, cells)| numbers.of(topology, k, cells, &mut all));
@@ -118,10 +145,12 @@ pub(crate) fn assemble(
     let maps = cells.iter().map(|cells| rest.split_off(..cells.tree.vertices.len()).unwrap_or_default());
     let maps: Vec<&[u32]> = maps.collect();
     let count = numbers.next as usize;
+    let (splits, extras) = between(topology, &mut numbers, states, edges, borders);
+    let mut furthest = 0.0_f64;
     let mut moved = Vec::with_capacity(states.len());
     for (s, state) in states.iter().enumerate() {
         let mut points = points(&state.frame, s, &cells, &maps, count);
-        for BorderSide { edge, patch, side, states } in borders {
+        for BorderSide { edge, patch, side, states, taken } in borders {
             let (base, border) = (numbers.edges[*edge] as usize, &states[s]);
             for (at, &fraction) in edges[*edge].iter().enumerate() {
                 points[base + at] = border.point(fraction);
@@ -129,6 +158,16 @@ pub(crate) fn assemble(
             for (fraction, corner) in [0.0, 1.0].into_iter().zip(ENDS[*side]) {
                 points[numbers.corners[topology.corner(*patch, corner)] as usize] = border.point(fraction);
             }
+            for &(vertex, point) in &taken.snaps {
+                let number = numbers.on(topology, (*edge, *patch, *side), vertex, edges[*edge].len());
+                furthest = furthest.max((points[number as usize] - point).norm());
+                points[number as usize] = point;
+            }
+        }
+        let snapped = furthest;
+        for &([from, to], point) in &extras {
+            furthest = furthest.max(snapped + off(&point, &points[from as usize], &points[to as usize]));
+            points.push(point);
         }
         moved.push(points);
     }
@@ -136,19 +175,56 @@ pub(crate) fn assemble(
     let corner_count = 3 * cells.iter().map(|cells| cells.triangles().len()).sum::<usize>();
     let mut corners = Corners {
         points: Vec::with_capacity(corner_count),
-        normals: Distinct::new(count),
-        uvs: Distinct::new(count),
+        normals: Distinct::new(count + extras.len()),
+        uvs: Distinct::new(count + extras.len()),
         found: Vec::new(),
     };
     let poles = poles(&cells, &maps);
     for (k, (cells, map)) in cells.iter().zip(&maps).enumerate() {
         let (i, j) = (k / topology.counts[1], k % topology.counts[1]);
         let uv = |at: [f64; 2]| scale.uv(i, j, at);
-        corners.add(cells, map, &poles, uv);
+        corners.add(cells, map, &poles, &splits, uv);
     }
     // What is allocated from here on finds room where they were.
     drop(cells);
-    corners.into_mesh(moved)
+    let (mesh, others) = corners.into_mesh(moved)?;
+    Ok(Assembled { mesh, others, furthest })
+}
+
+/// The vertices that the border takes from beside it, between those that it has, and where they are: between which, and the point. Their numbers
+/// are those after all others.
+fn between(
+    topology: &mut Topology,
+    numbers: &mut Numbers,
+    states: &[&State<'_>],
+    edges: &[Vec<f64>],
+    borders: &[BorderSide],
+) -> (Splits, Vec<([u32; 2], Point)>) {
+    let (mut splits, mut extras) = (Splits::default(), Vec::new());
+    let Some(state) = states.first() else { return (splits, extras) };
+    for BorderSide { edge, patch, side, taken, .. } in borders {
+        if taken.extras.is_empty() {
+            continue;
+        }
+        let of = state.patches.get(patch / topology.counts[1], patch % topology.counts[1]);
+        for run in taken.extras.chunk_by(|a, b| a.0 == b.0) {
+            let place = (*edge, *patch, *side);
+            let ends = [run[0].0, run[0].0 + 1].map(|k| numbers.on(topology, place, k, edges[*edge].len()));
+            let all = run.iter().map(|&(_, t, point)| {
+                let at = match side {
+                    0 => [t, 0.0],
+                    1 => [1.0, t],
+                    2 => [t, 1.0],
+                    _ => [0.0, t],
+                };
+                extras.push((ends, point));
+                numbers.next += 1;
+                Between { number: numbers.next - 1, at, normal: normal(&of, at, &of.jet(at)) }
+            });
+            splits.put(ends[0], ends[1], all.collect());
+        }
+    }
+    (splits, extras)
 }
 
 /// The points in the surface's own coordinates; where patches share one, as the first of them has it.
@@ -188,47 +264,81 @@ impl Corners {
         cells: &Cells,
         map: &[u32],
         poles: &BTreeMap<u32, Option<Vector>>,
+        splits: &Splits,
         uv: impl Fn([f64; 2]) -> [f64; 2],
     ) {
         self.find_plain(cells, map, &uv);
         for triangle in cells.triangles() {
-            let [a, b, c] = triangle.map(|v| map[v as usize]);
+            let numbers = triangle.map(|v| map[v as usize]);
+            let [a, b, c] = numbers;
             if a == b || b == c || c == a {
                 continue;
             }
-            let vertices = triangle.map(|v| &cells.tree.vertices[v as usize]);
-            for (at, number) in [a, b, c].into_iter().enumerate() {
-                if let Some([uv, normal]) = self.found[triangle[at] as usize] {
-                    self.points.push(number);
-                    self.uvs.add_corner(uv);
-                    self.normals.add_corner(normal);
-                    continue;
+            let parts = if splits.is_empty() { Vec::new() } else { splits.of(numbers) };
+            if parts.is_empty() {
+                for at in 0..3 {
+                    self.add_own(cells, poles, &uv, (triangle, &numbers, at));
                 }
-                let vertex = vertices[at];
-                let [next, last] = [1, 2].map(|step| vertices[(at + step) % 3]);
-                let (mut place, mut normal) = (vertex.at, vertex.normal);
-                let pole = cells.poles.key(vertex.at);
-                if let Some(side) = pole {
-                    // A fan: every triangle takes what lies between its two other corners.
-                    let along = side % 2;
-                    place[along] = 0.5 * (next.at[along] + last.at[along]);
-                    let between = || (next.normal + last.normal).try_normalize(1e-3).unwrap_or_default();
-                    normal = poles.get(&number).copied().flatten().unwrap_or_else(between);
-                }
-                let uv = self.uvs.find(number, uv(place), &self.points, |x, y| x == y);
-                self.uvs.add_corner(uv);
-                if normal == Vector::zeros() {
-                    self.normals.add_corner_without(&self.points);
-                } else {
-                    let normal = self.normals.find(number, normal, &self.points, same_normal);
-                    self.normals.add_corner(normal);
-                    if pole.is_none() {
-                        self.found[triangle[at] as usize] = Some([uv, normal]);
+            }
+            for corner in parts.into_iter().flatten() {
+                match corner {
+                    Corner::Own(at) => self.add_own(cells, poles, &uv, (triangle, &numbers, at)),
+                    Corner::Between(between) => {
+                        self.add_value(between.number, uv(between.at), between.normal);
                     }
                 }
-                self.points.push(number);
             }
         }
+    }
+
+    /// That corner of a triangle of a patch.
+    #[inline]
+    fn add_own(
+        &mut self,
+        cells: &Cells,
+        poles: &BTreeMap<u32, Option<Vector>>,
+        uv: impl Fn([f64; 2]) -> [f64; 2],
+        (triangle, numbers, at): (&[u32; 3], &[u32; 3], usize),
+    ) {
+        let number = numbers[at];
+        if let Some([uv, normal]) = self.found[triangle[at] as usize] {
+            self.points.push(number);
+            self.uvs.add_corner(uv);
+            self.normals.add_corner(normal);
+            return;
+        }
+        let [vertex, next, last] =
+            [0, 1, 2].map(|step| &cells.tree.vertices[triangle[(at + step) % 3] as usize]);
+        let (mut place, mut normal) = (vertex.at, vertex.normal);
+        let pole = cells.poles.key(vertex.at);
+        if let Some(side) = pole {
+            // A fan: every triangle takes what lies between its two other corners.
+            let along = side % 2;
+            place[along] = 0.5 * (next.at[along] + last.at[along]);
+            let between = || (next.normal + last.normal).try_normalize(1e-3).unwrap_or_default();
+            normal = poles.get(&number).copied().flatten().unwrap_or_else(between);
+        }
+        let found = self.add_value(number, uv(place), normal);
+        if pole.is_none() {
+            self.found[triangle[at] as usize] = found;
+        }
+    }
+
+    /// A corner at a point with these values, and which of the point's they are; `None` where the normal is none.
+    #[inline]
+    fn add_value(&mut self, number: u32, uv: [f64; 2], normal: Vector) -> Option<[u32; 2]> {
+        let uv = self.uvs.find(number, uv, &self.points, |x, y| x == y);
+        self.uvs.add_corner(uv);
+        let found = if normal == Vector::zeros() {
+            self.normals.add_corner_without(&self.points);
+            None
+        } else {
+            let normal = self.normals.find(number, normal, &self.points, same_normal);
+            self.normals.add_corner(normal);
+            Some([uv, normal])
+        };
+        self.points.push(number);
+        found
     }
 
     /// Finds, of a patch without poles, the values of all vertices that have a normal, so that corners need not ask.

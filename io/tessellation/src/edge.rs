@@ -8,9 +8,14 @@ use crate::patch::{Homogeneous, project, xyz};
 
 /// The part of the tolerance that edges may take: cells beside them keep the rest for what bends across. Less than half,
 /// so that a cell that is thin enough along an edge can always be certified (see `Judge::hugging`).
-const SHARE: f64 = 0.45;
+pub(crate) const SHARE: f64 = 0.45;
 /// Halvings of an edge at most.
 const DEPTH: u32 = 30;
+/// Halvings until the foot of a point is left to Newton's steps, and how many of these.
+const FOOT_DEPTH: u32 = 8;
+const STEPS: usize = 12;
+/// How many parts of an edge are looked at for a foot.
+const LOOKS: usize = 4096;
 
 /// One Bézier piece of an edge, in the surface's own coordinates.
 pub(crate) struct Border {
@@ -76,12 +81,83 @@ impl Border {
         cuts
     }
 
-    /// The point at a fraction of the surface's parameter.
-    pub(crate) fn point(&self, fraction: f64) -> Point {
-        let t = if self.turned { 1.0 - fraction } else { fraction };
+    /// The box of the control points.
+    pub(crate) fn extent(&self) -> (Vector, Vector) {
+        let first = self.net.first().map_or(Vector::zeros(), project);
+        self.net.iter().map(project).fold((first, first), |(low, high), p| (low.inf(&p), high.sup(&p)))
+    }
+
+    /// The fraction of a point on the edge, or within `near` of it; `None` where it is not.
+    ///
+    /// Halves whose control points' box is further away are left out, so that no other place can be nearer; the last is polished by Newton's
+    /// steps on `(C(t) - x) · C'(t) = 0`. `O(p² log 1 / near)`.
+    pub(crate) fn foot(&self, point: Point, near: f64) -> Option<f64> {
+        let x = point.coords;
+        let within = |net: &[Homogeneous]| {
+            (0..3).all(|k| {
+                let of = net.iter().map(|h| project(h)[k] - x[k]);
+                let (low, high) = of.fold((f64::MAX, f64::MIN), |(low, high), c| (low.min(c), high.max(c)));
+                low <= near && high >= -near
+            })
+        };
+        let mut part = self.net.clone();
+        let mut best: Option<(f64, f64)> = None;
+        let mut open = vec![(0_u32, 0.0, 1.0)];
+        // What stands still is looked at no closer than this many times.
+        let mut looks = 0;
+        while let Some((depth, a, b)) = open.pop() {
+            part.copy_from_slice(&self.net);
+            restrict(&mut part, self.net.len(), 1, [a, 0.0], [b, 1.0]);
+            looks += 1;
+            if !within(&part) || looks > LOOKS {
+                continue;
+            }
+            let middle = 0.5 * (a + b);
+            if depth < FOOT_DEPTH {
+                open.extend([(depth + 1, middle, b), (depth + 1, a, middle)]);
+                continue;
+            }
+            for t in [a, middle, b] {
+                let t = self.polished(x, t);
+                let distance = (self.at(t) - x).norm();
+                if best.is_none_or(|(least, _)| distance < least) {
+                    best = Some((distance, t));
+                }
+            }
+        }
+        let (_, t) = best.filter(|(distance, _)| *distance <= near)?;
+        Some(if self.turned { 1.0 - t } else { t })
+    }
+
+    /// A parameter nearer to the foot of a point, if it can be had.
+    fn polished(&self, x: Vector, from: f64) -> f64 {
+        let mut t = from;
+        for _ in 0..STEPS {
+            let h = 1e-4;
+            let (a, b) = ((t - h).max(0.0), (t + h).min(1.0));
+            let slope = (self.at(b) - self.at(a)) / (b - a);
+            let square = slope.norm_squared();
+            if !(square > 0.0 && square.is_finite()) {
+                return t;
+            }
+            let next = (t - (self.at(t) - x).dot(&slope) / square).clamp(0.0, 1.0);
+            if next == t {
+                break;
+            }
+            t = next;
+        }
+        t
+    }
+
+    fn at(&self, t: f64) -> Vector {
         let mut net = self.net.clone();
         restrict(&mut net, self.net.len(), 1, [t, 0.0], [1.0, 1.0]);
-        project(&net[0]).into()
+        project(&net[0])
+    }
+
+    /// The point at a fraction of the surface's parameter.
+    pub(crate) fn point(&self, fraction: f64) -> Point {
+        self.at(if self.turned { 1.0 - fraction } else { fraction }).into()
     }
 }
 

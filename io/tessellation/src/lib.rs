@@ -23,6 +23,7 @@
 //! The same input gives the same bytes. [`Tessellation`] registers it.
 
 mod assemble;
+mod beside;
 mod bezier;
 mod brep;
 mod cell;
@@ -44,13 +45,13 @@ mod triangulation;
 mod weights;
 mod weld;
 
-use loftsman_kernel::Result;
 use loftsman_kernel::brep::Brep;
 use loftsman_kernel::mesh::Polyline;
 use loftsman_kernel::plugin::{
-    Fineness, MovingLine, MovingMesh, Plugin, Registry, Tessellated, TessellatedBrep, Tessellator,
+    Beside, Fineness, MovingLine, MovingMesh, Plugin, Registry, Tessellated, TessellatedBrep, Tessellator,
 };
 use loftsman_kernel::spline::{Curve, Surface, Trimmed};
+use loftsman_kernel::{Point, Result};
 
 /// The tessellator with a guaranteed chord tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -101,7 +102,24 @@ impl Tessellator for Adaptive {
     /// Seams (periodic, or edges that coincide) and poles share their points. Normals are split only where tangent
     /// planes differ by more than 2e-3; `uvs` differ at seams, and at poles by triangle.
     fn measured_surface(&self, surface: &Surface, fineness: &Fineness) -> Result<Tessellated> {
-        surface::mesh(surface, fineness, self.budget)
+        surface::mesh(surface, fineness, self.budget, None)
+    }
+
+    /// The ends of its pieces and where these are cut.
+    fn border(&self, surface: &Surface, fineness: &Fineness) -> Result<Vec<Point>> {
+        surface::border(surface, fineness, self.budget)
+    }
+
+    /// As [`measured_surface`](Tessellator::measured_surface), and with the points beside it: a triangle along the border is divided where one of
+    /// them lies between its ends. They are no further from its side than not quite half the chord that all is cut with, so that is taken
+    /// smaller by that share, and the whole is certified to be within what was asked for.
+    fn measured_surface_beside(
+        &self,
+        surface: &Surface,
+        fineness: &Fineness,
+        beside: Beside<'_>,
+    ) -> Result<Tessellated> {
+        surface::mesh(surface, fineness, self.budget, Some(beside))
     }
 
     /// Triangles of the regions, certified as those of [`measured_surface`](Tessellator::measured_surface). Loops are cut by how the

@@ -2,12 +2,13 @@
 
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::parallel;
-use loftsman_kernel::plugin::{Chord, Fineness, MovingMesh, Tessellated};
+use loftsman_kernel::plugin::{Beside, Chord, Fineness, MovingMesh, Tessellated};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Error, Point, Result, Vector};
 
-use crate::assemble::{BorderSide, assemble};
-use crate::edge::Border;
+use crate::assemble::{Assembled, BorderSide, assemble};
+use crate::beside::{self, Taken};
+use crate::edge::{Border, SHARE};
 use crate::fineness::{Target, over_budget, targets};
 use crate::patch::{Patch, project};
 use crate::refine::{self, Budget, Cells, PerState, Room};
@@ -20,15 +21,47 @@ const BEYOND: f64 = 3.0;
 
 /// The mesh of a surface, the chord asked for, and the largest certified distance between the two (lengths).
 ///
-/// Borders are cut by their own data only, so that surfaces that share one fit.
-pub(crate) fn mesh(surface: &Surface, fineness: &Fineness, budget: usize) -> Result<Tessellated> {
-    let Meshes { mesh, tolerance, error, .. } = Meshes::of(std::slice::from_ref(surface), fineness, budget)?;
+/// Borders are cut by their own data only, so that surfaces that share one fit; where one is another's as points only, by what is `beside`, too.
+pub(crate) fn mesh(
+    surface: &Surface,
+    fineness: &Fineness,
+    budget: usize,
+    beside: Option<Beside<'_>>,
+) -> Result<Tessellated> {
+    let finer = beside.map_or(*fineness, |_| for_others(fineness));
+    let Meshes { mesh, tolerance, error, .. } =
+        Meshes::of(std::slice::from_ref(surface), &finer, budget, beside)?;
+    let tolerance = if beside.is_some() { tolerance * (1.0 + SHARE) } else { tolerance };
     Ok(Tessellated { mesh, tolerance, error })
+}
+
+/// Where the border of a surface is cut that has others beside it.
+pub(crate) fn border(surface: &Surface, fineness: &Fineness, budget: usize) -> Result<Vec<Point>> {
+    let fineness = for_others(fineness);
+    let states = States::of(std::slice::from_ref(surface))?;
+    let Begun { borders, edges, .. } = Begun::of(&states.all(), surface, &fineness, (budget, 1))?;
+    let mut points = Vec::new();
+    for BorderSide { edge, states, .. } in &borders {
+        let ends = [0.0, 1.0];
+        let all = edges[*edge].iter().chain(&ends);
+        points.extend(states.iter().flat_map(|border| all.clone().map(|&fraction| border.point(fraction))));
+    }
+    Ok(points)
+}
+
+/// The fineness of a surface whose triangles are divided along the border at points that are off their sides: by no more than the share of
+/// the chord by which borders may be off theirs.
+fn for_others(fineness: &Fineness) -> Fineness {
+    let chord = match fineness.chord {
+        Chord::Absolute(length) => Chord::Absolute(length / (1.0 + SHARE)),
+        Chord::Relative(share) => Chord::Relative(share / (1.0 + SHARE)),
+    };
+    Fineness { chord, ..*fineness }
 }
 
 /// All states of a surface, cut alike. Those that are one point have no say.
 pub(crate) fn moving(surfaces: &[Surface], fineness: &Fineness, budget: usize) -> Result<MovingMesh> {
-    let Meshes { mut mesh, others, live, tolerance, error } = Meshes::of(surfaces, fineness, budget)?;
+    let Meshes { mut mesh, others, live, tolerance, error } = Meshes::of(surfaces, fineness, budget, None)?;
     let mut moved = std::iter::once(mesh.points().to_vec()).chain(others);
     let still = |surface: &Surface| vec![surface.points()[0]; mesh.points().len()];
     let points = surfaces.iter().zip(&live).map(|(surface, &live)| {
@@ -40,29 +73,11 @@ pub(crate) fn moving(surfaces: &[Surface], fineness: &Fineness, budget: usize) -
     Ok(MovingMesh { mesh, states, tolerance, error })
 }
 
-/// The mesh of a surface in the first of its states that is more than a point.
-struct Meshes {
-    mesh: Mesh,
-    /// The points in the further states of that kind.
-    others: Vec<Vec<Point>>,
-    /// Which states are.
-    live: Vec<bool>,
-    /// The largest chord asked for, and the largest certified distance, as lengths.
-    tolerance: f64,
-    error: f64,
-}
+/// A surface in all its states; `None` for those that are one point.
+struct States<'a>(Vec<Option<State<'a>>>);
 
-impl Meshes {
-    fn of(surfaces: &[Surface], fineness: &Fineness, budget: usize) -> Result<Self> {
-        let Some(surface) = surfaces.first() else {
-            return Err(Error::Invalid("a surface without states cannot be tessellated".into()));
-        };
-        let alike =
-            |s: &Surface| (s.u(), s.v(), s.weights()) == (surface.u(), surface.v(), surface.weights());
-        if !surfaces.iter().all(alike) {
-            let problem = "the states of a moving surface have other knots or weights: they must be the same";
-            return Err(Error::Invalid(problem.into()));
-        }
+impl<'a> States<'a> {
+    fn of(surfaces: &'a [Surface]) -> Result<Self> {
         let mut all = Vec::with_capacity(surfaces.len());
         for surface in surfaces {
             all.push(match State::new(surface) {
@@ -71,10 +86,39 @@ impl Meshes {
                 Err(error) => return Err(error),
             });
         }
-        let states: Vec<&State<'_>> = all.iter().flatten().collect();
-        if states.is_empty() {
+        if all.iter().all(Option::is_none) {
             return Err(Error::NoExtent("all control vertices coincide in every state".into()));
         }
+        Ok(Self(all))
+    }
+
+    fn all(&self) -> Vec<&State<'a>> {
+        self.0.iter().flatten().collect()
+    }
+}
+
+/// A surface of which every patch is one cell, and only its borders are cut.
+struct Begun {
+    topology: Topology,
+    cells: Vec<Cells>,
+    targets: Vec<Target>,
+    /// The largest chord asked for, as a length.
+    tolerance: f64,
+    borders: Vec<BorderSide>,
+    /// Where each edge is cut.
+    edges: Vec<Vec<f64>>,
+    /// How many triangles there may be.
+    limit: usize,
+}
+
+impl Begun {
+    /// The triangles of all `shares` states together are within the budget.
+    fn of(
+        states: &[&State<'_>],
+        surface: &Surface,
+        fineness: &Fineness,
+        (budget, shares): (usize, usize),
+    ) -> Result<Self> {
         let mut topology = Topology::new(surface, states.iter().map(|state| &state.patches));
         let [nu, nv] = topology.counts;
         let count = nu * nv;
@@ -90,19 +134,18 @@ impl Meshes {
             (&state.frame, points.map(|p| state.frame.centre + p * state.frame.size).collect())
         });
         let (targets, tolerance) = targets(samples, fineness)?;
-        let over = |triangles: Option<f64>| Err(over_budget(fineness, triangles, ("triangles", 1.0), budget));
         // The indices of a mesh are 32 bits wide.
-        let limit = (budget / surfaces.len()).clamp(1, u32::MAX as usize / 4);
+        let limit = (budget / shares).clamp(1, u32::MAX as usize / 4);
         let estimate = |s: usize| starts.iter().map(|start| start.estimate(s, &targets[s])).sum::<f64>();
         let estimate = (0..states.len()).map(estimate).fold(0.0, f64::max);
         if estimate > BEYOND * limit as f64 {
-            return over(Some(estimate));
+            return Err(over_budget(fineness, Some(estimate), ("triangles", 1.0), budget));
         }
-        let mut cells: Vec<Cells> = starts.into_iter().map(|start| start.cells).collect();
+        let cells: Vec<Cells> = starts.into_iter().map(|start| start.cells).collect();
         for (k, cells) in cells.iter().enumerate() {
             topology.collapse(k, &cells.poles);
         }
-        let borders = borders(&states, &topology, &cells);
+        let borders = borders(states, &topology, &cells);
         let mut edges = vec![Vec::new(); topology.edge_count()];
         for BorderSide { edge, states: borders, .. } in &borders {
             let fractions = borders
@@ -113,9 +156,47 @@ impl Meshes {
             sort(&mut edges[*edge]);
         }
         first_cuts(&topology, &cells, &mut edges);
+        Ok(Self { topology, cells, targets, tolerance, borders, edges, limit })
+    }
+}
 
+/// The mesh of a surface in the first of its states that is more than a point.
+struct Meshes {
+    mesh: Mesh,
+    /// The points in the further states of that kind.
+    others: Vec<Vec<Point>>,
+    /// Which states are.
+    live: Vec<bool>,
+    /// The largest chord asked for, and the largest certified distance, as lengths.
+    tolerance: f64,
+    error: f64,
+}
+
+impl Meshes {
+    fn of(
+        surfaces: &[Surface],
+        fineness: &Fineness,
+        budget: usize,
+        beside: Option<Beside<'_>>,
+    ) -> Result<Self> {
+        let Some(surface) = surfaces.first() else {
+            return Err(Error::Invalid("a surface without states cannot be tessellated".into()));
+        };
+        let alike =
+            |s: &Surface| (s.u(), s.v(), s.weights()) == (surface.u(), surface.v(), surface.weights());
+        if !surfaces.iter().all(alike) {
+            let problem = "the states of a moving surface have other knots or weights: they must be the same";
+            return Err(Error::Invalid(problem.into()));
+        }
+        let all = States::of(surfaces)?;
+        let states = all.all();
+        let begun = Begun::of(&states, surface, fineness, (budget, surfaces.len()))?;
+        let Begun { mut topology, mut cells, targets, tolerance, mut borders, mut edges, limit } = begun;
+        if let Some(beside) = beside {
+            beside::take(beside, &mut borders, &edges);
+        }
         let spent = Budget::new(limit);
-        let mut stale = vec![true; count];
+        let mut stale = vec![true; cells.len()];
         let mut first = true;
         while stale.iter().any(|s| *s) {
             let shared = &topology;
@@ -134,7 +215,7 @@ impl Meshes {
                 cells.refine(&targets, room, &spent)
             });
             if worked.contains(&false) {
-                return over(None);
+                return Err(over_budget(fineness, None, ("triangles", 1.0), budget));
             }
             first = false;
             merge(&topology, &cells, &mut edges, &mut stale);
@@ -147,9 +228,10 @@ impl Meshes {
                 worst.length
             )));
         }
-        let (mesh, others) = assemble(surface, &states, &mut topology, cells, &edges, &borders)?;
-        let live = all.iter().map(Option::is_some).collect();
-        Ok(Self { mesh, others, live, tolerance, error: worst.length })
+        let Assembled { mesh, others, furthest } =
+            assemble(surface, &states, &mut topology, cells, &edges, &borders)?;
+        let live = all.0.iter().map(Option::is_some).collect();
+        Ok(Self { mesh, others, live, tolerance, error: worst.length + furthest })
     }
 }
 
@@ -162,7 +244,13 @@ fn borders(states: &[&State<'_>], topology: &Topology, cells: &[Cells]) -> Vec<B
             let edge = topology.edge(k, side);
             let (i, j) = (k / topology.counts[1], k % topology.counts[1]);
             let of = |state: &&State<'_>| Border::new(state.own.get(i, j).side(side).copied().collect());
-            borders.push(BorderSide { edge, patch: k, side, states: states.iter().map(of).collect() });
+            borders.push(BorderSide {
+                edge,
+                patch: k,
+                side,
+                states: states.iter().map(of).collect(),
+                taken: Taken::default(),
+            });
         }
     }
     borders

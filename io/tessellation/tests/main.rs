@@ -1,5 +1,6 @@
 //! The tests of this crate, as one program.
 
+mod beside;
 mod breps;
 mod common;
 mod curves;

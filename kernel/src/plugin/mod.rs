@@ -18,7 +18,7 @@ pub use crate::declare::{Declaration, Field, ParameterError, Parameters, Table, 
 pub use crate::kind::{CustomShape, DeclaredShape, Drawn, Faceted, KindOf, ShapeKind, Splines, sampled};
 pub use crate::problem::{ConstraintReport, Convergence, Corner, Name, Smoothness};
 pub use crate::tessellator::{
-    Apart, Chord, Fineness, MovingLine, MovingMesh, Tessellated, TessellatedBrep, Tessellator,
+    Apart, Beside, Chord, Fineness, MovingLine, MovingMesh, Tessellated, TessellatedBrep, Tessellator,
 };
 pub use change::{AskedQuantity, ChangeKind, Measured, ObjectChange};
 pub(crate) use constraints::{EVERYWHERE, WISHES};

@@ -31,6 +31,7 @@ use crate::text::a;
 pub use self::definition::Definition;
 pub use self::geometry::Geometry;
 pub(crate) use self::geometry::{CURVE_OF_POLYLINE, LINES_OF_MESH};
+pub use self::joined::Joined;
 pub use self::layer::{Hidden, Layer, check_layers};
 pub use self::merge::{Merged, Side};
 pub use self::object::Object;

@@ -20,7 +20,7 @@ pub struct CommonEdges {
 impl CommonEdges {
     /// For so many owners of edges, which are one where their points are within `near` of one another; `low` is below them all.
     pub fn new(owners: usize, low: Point, near: f64) -> Self {
-        Self { low, near, places: BTreeMap::new(), groups: Groups((0..owners).collect()) }
+        Self { low, near, places: BTreeMap::new(), groups: Groups::new(owners) }
     }
 
     /// The edges of a shape at [`SAMPLES`] evenly spaced parameters each, by `point`; `None` where a point cannot be had.
@@ -81,10 +81,15 @@ impl CommonEdges {
 
 /// Disjoint sets, each known by its first member.
 #[derive(Debug)]
-struct Groups(Vec<usize>);
+pub(crate) struct Groups(Vec<usize>);
 
 impl Groups {
-    fn root(&mut self, mut k: usize) -> usize {
+    /// So many sets of one member each.
+    pub(crate) fn new(count: usize) -> Self {
+        Self((0..count).collect())
+    }
+
+    pub(crate) fn root(&mut self, mut k: usize) -> usize {
         while self.0[k] != k {
             self.0[k] = self.0[self.0[k]];
             k = self.0[k];
@@ -92,7 +97,7 @@ impl Groups {
         k
     }
 
-    fn join(&mut self, a: usize, b: usize) {
+    pub(crate) fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.root(a), self.root(b));
         self.0[a.max(b)] = a.min(b);
     }

@@ -5,7 +5,8 @@
 //!
 //! * Do some surfaces *close*, edge to edge, and which control vertices stay together then? [`Shell`], with edges compared
 //!   exactly, as [curves](EdgeCurve) in the space that holds both.
-//! * Which surfaces of a scene *hang together*? [`CommonEdges`], with edges compared at some of their points.
+//! * Which shapes *hang together*? [`CommonEdges`], with edges compared at some of their points; which surfaces of a scene do, also where an
+//!   edge is another one as a set of points only, [`Scene::joined`](crate::scene::Scene::joined).
 //! * How are two given edges *run through* side by side, and in which space can they be made one? `Pair`, for joins.
 
 mod common_edges;
@@ -14,6 +15,7 @@ pub(crate) mod pair;
 mod shell;
 pub(crate) mod side;
 
+pub(crate) use common_edges::Groups;
 pub use common_edges::{CommonEdges, SAMPLES};
 pub use edge_curve::{EdgeCurve, Match, coincide};
 pub use shell::{Member, Shell, Tie};

@@ -66,13 +66,13 @@ impl Operation for Tessellate {
             fineness.angle = p.number("angle")?.to_radians();
         }
         if let (Chord::Relative(fraction), Some(at)) = (fineness.chord, scene.position(&name))
-            && let Some(size) = scene.joined_diagonals()?.get(at).copied().flatten()
+            && let Some(Some(joined)) = scene.joined()?.get(at)
         {
             // In the object's own coordinates; where its transforms stretch, its neighbours' do so too.
             let map = scene.world_transforms()?.get(at).copied().flatten();
             let stretch = map.map_or(1.0, |m| m.fixed_view::<3, 3>(0, 0).determinant().abs().cbrt());
             if stretch > 0.0 {
-                fineness.chord = Chord::Absolute(fraction * size / stretch);
+                fineness.chord = Chord::Absolute(fraction * joined.diagonal / stretch);
             }
         }
         let paint = colors::Paint::new(p)?;

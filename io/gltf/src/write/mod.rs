@@ -57,7 +57,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         shared: Shared::default(),
         keys: Keys::default(),
         rounding: 0.0,
-        cuts: outgoing.cuts(scene)?,
+        cuts: outgoing.cuts(scene, 1.0)?,
     };
     let (nodes, report) = writer.scene(outgoing)?;
     let Writer { bin, materials, meshes, keys, rounding, .. } = writer;

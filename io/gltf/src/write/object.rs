@@ -7,8 +7,8 @@ use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::placement::Change;
 use loftsman_kernel::placement::transform_point;
 use loftsman_kernel::plugin::{
-    Chord, CustomShape, Drawn, Fineness, FormatError, MovingLine, MovingMesh, Tessellated, TessellatedBrep,
-    Written,
+    Beside, Chord, CustomShape, Drawn, Fineness, FormatError, MovingLine, MovingMesh, Tessellated,
+    TessellatedBrep, Written,
 };
 use loftsman_kernel::scene::{Animation, Geometry, Object};
 use loftsman_kernel::shape::Shape;
@@ -127,7 +127,19 @@ impl<'a> Writer<'a, '_> {
             Geometry::Surface(surface) => {
                 let (states, from_first) = animation::states(surface.control_vertices(), frames.as_deref());
                 let states = animation::surfaces(surface, &states)?;
-                let found = match tessellator.moving_surface(&states, &fineness) {
+                let beside = self.beside(object).filter(|_| frames.is_none() && !baked);
+                let found = match &beside {
+                    Some((points, near)) => {
+                        let beside = Beside { points, near: *near };
+                        let cut = tessellator.measured_surface_beside(surface, &fineness, beside);
+                        cut.map(|Tessellated { mesh, tolerance, error }| {
+                            let states = vec![mesh.points().to_vec()];
+                            MovingMesh { mesh, states, tolerance, error }
+                        })
+                    }
+                    None => tessellator.moving_surface(&states, &fineness),
+                };
+                let found = match found {
                     Ok(found) => found,
                     Err(e) => return Ok(self.unseen(object, &seen(e)?, report)),
                 };
@@ -450,10 +462,15 @@ impl<'a> Writer<'a, '_> {
         Ok(self.meshes.len() - 1)
     }
 
+    /// What is beside the border of a surface, in its own coordinates, where it hangs together with something that is so as points only.
+    pub(super) fn beside(&self, object: &Object) -> Option<(Vec<Point>, f64)> {
+        self.cuts.beside_in_its_own(self.scene.position(object.name())?)
+    }
+
     /// The fineness in the coordinates in which a shape is tessellated.
     pub(super) fn fineness(&self, object: &Object, stretch: f64, baked: bool) -> Fineness {
         let index = self.scene.position(object.name()).unwrap_or(usize::MAX);
-        let mut fineness = self.cuts.of(index, 1.0);
+        let mut fineness = self.cuts.of(index);
         if let Chord::Absolute(length) = &mut fineness.chord {
             if baked {
                 *length *= self.change.scale;

@@ -153,7 +153,9 @@ impl<'a> Writer<'a, '_> {
         let is_shared = Arc::strong_count(object.shared_geometry()) > 1;
         let stands = object.animation.is_none() && *rest == Matrix4::identity();
         let shows = !matches!(object.geometry(), Geometry::Group);
-        (is_shared && stands && shows).then(|| ShapeKey {
+        // What is cut as what is beside it is there once.
+        let apart = !is_shared || self.beside(object).is_none();
+        (is_shared && stands && shows && apart).then(|| ShapeKey {
             geometry: object.geometry_id(),
             maps: self.materials.normal_maps(&object.materials),
             fineness: match object.geometry() {

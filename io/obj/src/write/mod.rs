@@ -17,8 +17,8 @@ use std::io::{BufWriter, Write};
 use loftsman_kernel::connection::{Connection, Side};
 use loftsman_kernel::mesh::{Cloud, Polyline};
 use loftsman_kernel::plugin::{
-    Chord, Fineness, FormatError, Holds, InWorld, Outgoing, ParameterError, Parameters, Sink, Tessellator,
-    WriteReport, Written,
+    Chord, FormatError, Holds, InWorld, Outgoing, ParameterError, Parameters, Sink, Tessellator, WriteReport,
+    Written,
 };
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::{Error, Point};
@@ -27,6 +27,7 @@ use loftsman_kernel::text::counted;
 pub(crate) use names::changed as changed_names;
 use print::Names;
 use state::State;
+use surface::Fine;
 
 /// Whether curves go out in Bézier form or with their own knots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,8 +69,8 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
     let options = outgoing.options;
     let (knots, surfaces) = choices(&options.own)?;
     let placed = outgoing.converted()?;
-    let cuts = outgoing.cuts(&placed)?;
     let scale = outgoing.scale();
+    let cuts = outgoing.cuts(&placed, scale)?;
     let mut report = WriteReport::default();
     let triangles = options.tessellator.is_some() && surfaces != Surfaces::Exact;
     let goes_out = |object: &Object| match object.geometry() {
@@ -115,7 +116,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         let object = found.object;
         writer.paint = mtl::paint(&placed, object);
         writer.color = object.color.filter(|color| color.iter().all(|x| x.is_finite()));
-        let written = writer.object(found, &cuts.of(index, scale));
+        let written = writer.object(found, Fine { fineness: cuts.of(index), beside: cuts.beside(index) });
         report.objects.push(written.map_err(|e| e.of(object.name()))?);
     }
     for connection in placed.connections() {
@@ -224,7 +225,7 @@ impl<W: Write> Writer<'_, W> {
     fn object(
         &mut self,
         InWorld { object, geometry, is_mirrored }: InWorld<'_>,
-        fineness: &Fineness,
+        fine: Fine<'_>,
     ) -> Result<Written, FormatError> {
         let mut written = Written::kept(object, "nothing");
         let geometry = if is_mirrored { exchange::exchanged(geometry)? } else { geometry };
@@ -241,7 +242,7 @@ impl<W: Write> Writer<'_, W> {
                     self.notes.exchanged += usize::from(self.surfaces != Surfaces::Mesh);
                     self.exchanged.insert(object.name().to_owned());
                 }
-                self.tessellated(object, &geometry, fineness, &mut written)?;
+                self.tessellated(object, &geometry, fine, &mut written)?;
             }
             Geometry::Mesh(mesh) => {
                 self.name(object.name())?;
@@ -272,7 +273,7 @@ impl<W: Write> Writer<'_, W> {
                 written.form = counted(cloud.points.len(), "point[|s]");
             }
             Geometry::Custom(custom) => {
-                self.custom(object, custom, is_mirrored, fineness, &mut written)?;
+                self.custom(object, custom, is_mirrored, &fine.fineness, &mut written)?;
             }
             other => written.leave_out(format!("OBJ has no {}", other.kind())),
         }

@@ -6,7 +6,7 @@ use std::io::Write;
 use loftsman_kernel::brep::Brep;
 use loftsman_kernel::mesh::{FaceGroup, Mesh};
 use loftsman_kernel::plugin::{
-    Fate, Fineness, FormatError, Tessellated, TessellatedBrep, Tessellator, Written,
+    Beside, Fate, Fineness, FormatError, Tessellated, TessellatedBrep, Tessellator, Written,
 };
 use loftsman_kernel::scene::{Geometry, Object};
 use loftsman_kernel::text::a;
@@ -14,6 +14,13 @@ use loftsman_kernel::text::a;
 use super::{Surfaces, Writer};
 use crate::fingerprint;
 use loftsman_kernel::text::counted;
+
+/// How finely an object is cut, and what is beside it.
+#[derive(Clone, Copy)]
+pub(super) struct Fine<'a> {
+    pub(super) fineness: Fineness,
+    pub(super) beside: Option<Beside<'a>>,
+}
 
 /// A surface of whatever kind as a mesh.
 struct Cut {
@@ -63,12 +70,16 @@ impl Cut {
 
 fn cut(
     geometry: &Geometry,
-    fineness: &Fineness,
+    Fine { fineness, beside }: Fine<'_>,
     by: &dyn Tessellator,
     scale: f64,
 ) -> loftsman_kernel::Result<Option<Cut>> {
+    let fineness = &fineness;
     Ok(match geometry {
-        Geometry::Surface(surface) => Some(by.measured_surface(surface, fineness)?.into()),
+        Geometry::Surface(surface) => Some(match beside {
+            Some(beside) => by.measured_surface_beside(surface, fineness, beside)?.into(),
+            None => by.measured_surface(surface, fineness)?.into(),
+        }),
         Geometry::Trimmed(trimmed) => Some(by.measured_trimmed(trimmed, fineness)?.into()),
         Geometry::Brep(brep) => Some(Cut::of_brep(by.measured_brep(brep, fineness)?, brep, scale)),
         _ => None,
@@ -81,7 +92,7 @@ impl<W: Write> Writer<'_, W> {
         &mut self,
         object: &Object,
         geometry: &Geometry,
-        fineness: &Fineness,
+        fine: Fine<'_>,
         written: &mut Written,
     ) -> Result<(), FormatError> {
         let is_brep = matches!(geometry, Geometry::Brep(_));
@@ -92,7 +103,7 @@ impl<W: Write> Writer<'_, W> {
             }
             _ if self.surfaces == Surfaces::Exact => Err("only exact surfaces were asked for".to_owned()),
             None => Err(format!("{} needs a tessellator, and none is registered", a(&geometry.noun()))),
-            Some(tessellator) => match cut(geometry, fineness, tessellator, 1.0 / self.scale) {
+            Some(tessellator) => match cut(geometry, fine, tessellator, 1.0 / self.scale) {
                 Ok(Some(cut)) => Ok(cut),
                 Ok(None) => Err(format!("OBJ has no {}", geometry.kind())),
                 Err(error) => Err(format!("it could not be tessellated: {error}")),

@@ -418,7 +418,7 @@ impl<'b> Cut<'b> {
                 if self.brep.loops(face).is_empty() {
                     let surface = self.brep.surface(face)?;
                     let fineness = Fineness { chord: Chord::Absolute(self.tolerance), ..*fineness };
-                    let whole = surface::mesh(&surface, &fineness, self.goal.budget);
+                    let whole = surface::mesh(&surface, &fineness, self.goal.budget, None);
                     return Some(whole.map(|found| {
                         Piece::whole(&found.mesh, frame, reversed, first_own, found.error / self.goal.size)
                     }));

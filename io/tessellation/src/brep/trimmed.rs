@@ -23,7 +23,7 @@ const BEYOND: f64 = 1.02;
 pub(crate) fn mesh(trimmed: &Trimmed, fineness: &Fineness, budget: usize) -> Result<Tessellated> {
     let alone = trimmed.regions().is_empty() && trimmed.curves().is_empty() && trimmed.points().is_empty();
     if alone {
-        return surface::mesh(trimmed.surface(), fineness, budget);
+        return surface::mesh(trimmed.surface(), fineness, budget, None);
     }
     let frame = Frame::of(trimmed.surface().points())?;
     let lines = Lines::of(trimmed)?;

@@ -1,5 +1,6 @@
 //! File formats: scenes from bytes and bytes from scenes.
 
+mod cuts;
 mod declaration;
 mod error;
 mod losses;
@@ -8,10 +9,11 @@ mod outgoing;
 mod report;
 mod stream;
 
+pub use cuts::Cuts;
 pub use declaration::{FormatDeclaration, Holds, MeshPart, UnitRule};
 pub use error::{FormatError, FormatErrorKind, Place};
 pub use options::{Limits, ReadOptions, UpChoice, WriteOptions};
-pub use outgoing::{Cuts, InWorld, Outgoing};
+pub use outgoing::{InWorld, Outgoing};
 pub use report::{Fate, ReadReport, WriteReport, Written};
 pub use stream::{Memory, Sink, Source, refuse_utf16, utf8};
 

@@ -11,7 +11,6 @@ use super::stream::Sink;
 use crate::plugin::operation::Cancelled;
 use crate::scene::placement::Change;
 use crate::scene::{Geometry, MOST_PLACED, Object, Scene, Unit, Up};
-use crate::tessellator::{Chord, Fineness};
 
 /// A scene on its way out.
 pub struct Outgoing<'a> {
@@ -103,19 +102,6 @@ impl<'a> Outgoing<'a> {
         }))
     }
 
-    /// How finely each object is cut of a scene that is [this one](Self::scene), [converted](Self::converted) or not.
-    ///
-    /// # Errors
-    /// When the hierarchy is broken.
-    pub fn cuts(&self, scene: &Scene) -> Result<Cuts, FormatError> {
-        let fineness = self.options.fineness;
-        let joined = match fineness.chord {
-            Chord::Relative(_) => scene.joined_diagonals()?,
-            Chord::Absolute(_) => Vec::new(),
-        };
-        Ok(Cuts { fineness, joined })
-    }
-
     /// Puts pictures that the file names beside it, from where the scene's pictures are; notes which are not there.
     ///
     /// # Errors
@@ -158,24 +144,4 @@ pub struct InWorld<'s> {
     pub geometry: Cow<'s, Geometry>,
     /// Whether the transforms together mirror it.
     pub is_mirrored: bool,
-}
-
-/// How finely the objects of a scene are cut: of surfaces that hang together relative to all of them, so that they still do.
-#[derive(Debug)]
-pub struct Cuts {
-    fineness: Fineness,
-    /// For each object how large all that it hangs together with is ([`Scene::joined_diagonals`]).
-    joined: Vec<Option<f64>>,
-}
-
-impl Cuts {
-    /// How finely the object of this number is cut, in the scene's unit; a length that was asked for is `scale` of that.
-    pub fn of(&self, index: usize, scale: f64) -> Fineness {
-        let chord = match (self.fineness.chord, self.joined.get(index).copied().flatten()) {
-            (Chord::Absolute(length), _) => Chord::Absolute(length * scale),
-            (Chord::Relative(fraction), Some(size)) => Chord::Absolute(fraction * size),
-            (chord, None) => chord,
-        };
-        Fineness { chord, ..self.fineness }
-    }
 }
