@@ -139,15 +139,23 @@ fn sides_of_other_knots_and_degrees_close() {
                 assert!(error <= tolerance * (1.0 + 1e-9), "{written:?}");
             }
             let meshes = triangles(&registry, name, out);
-            // To a millionth: what single precision keeps.
-            let mut sides: HashMap<[[i64; 3]; 2], i64> = HashMap::new();
+            // Points are one to a hundred thousandth: single precision keeps a millionth.
+            let mut known: Vec<Point> = Vec::new();
+            let mut one = |p: Point| {
+                let found = known.iter().position(|q| (q - p).norm() < 1e-5);
+                found.unwrap_or_else(|| {
+                    known.push(p);
+                    known.len() - 1
+                })
+            };
+            let mut sides: HashMap<[usize; 2], i64> = HashMap::new();
             let mut faces = 0;
             for (points, corners) in meshes {
-                let key = |k: u32| points[k as usize].coords.map(|c| (c * 1e5).round() as i64).data.0[0];
+                let numbers: Vec<usize> = points.into_iter().map(&mut one).collect();
                 for f in corners.chunks_exact(3) {
                     faces += 1;
                     for k in 0..3 {
-                        let (a, b) = (key(f[k]), key(f[(k + 1) % 3]));
+                        let [a, b] = [k, (k + 1) % 3].map(|k| numbers[f[k] as usize]);
                         *sides.entry([a, b]).or_default() += 1;
                         *sides.entry([b, a]).or_default() -= 1;
                     }

@@ -264,7 +264,7 @@ fn where_from(step: f64, stable: f64, implicit: bool, held: bool) -> String {
         (true, false) => "nothing holds it, and it folds or turns too far in one step; give a smaller step".to_owned(),
         (false, _) if longer => format!("steps up to {stable} s are stable; give a smaller step, or leave it out"),
         (false, true) => format!(
-            "steps up to {stable} s are stable, but what holds it drifts in them and is drawn back; give a smaller step or scheme \"implicit\", or hold it elsewhere: where it does not turn so \
+            "steps up to {stable} s are stable, but it turns or folds too fast for them, or what holds it drifts in them and is drawn back; give a smaller step or scheme \"implicit\", or hold it elsewhere: where it does not turn so \
              sharply, and farther from an end"
         ),
         (false, false) => format!(

@@ -1,6 +1,7 @@
 //! `simulate`: a shape in motion; the last shape stays in the object, and the frames as its animation.
 
 mod constraints;
+mod creases;
 mod declared;
 mod folds;
 mod gravity;

@@ -584,6 +584,102 @@ fn what_comes_open_or_folds_is_said() {
     }
 }
 
+/// A tube that closes by its control vertices only, a dome whose pole does, and a sheet that runs smoothly over full knots lose that: each is said, and
+/// what keeps it is not.
+#[test]
+fn what_comes_open_or_folds_of_a_surface_is_said() {
+    use loftsman_kernel::Vector;
+    use loftsman_kernel::spline::{Direction, Surface};
+    let told = |surface: Surface, more: Value, held: Value| {
+        let mut scene = Scene::new();
+        scene.unit = Unit::Metre;
+        scene.add(Object::new("sheet", Geometry::Surface(surface))).unwrap();
+        let mut fields = json!({ "seconds": 0.3, "scheme": "implicit", "mass": 1, "stiffness": 3000, "constraints": held });
+        fields.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        run(&mut scene, fields).unwrap().warnings.join("; ")
+    };
+    let line = |from: [f64; 3], to: [f64; 3]| Curve::line(from.into(), to.into()).unwrap();
+    let revolved = |profile: &Curve| {
+        Surface::revolution(profile, Point::origin(), Vector::z(), std::f64::consts::TAU).unwrap()
+    };
+    let hung = json!([{ "kind": "fixed", "at": [std::f64::consts::PI, 0] }]);
+    let tube = revolved(&line([1.0, 0.0, 0.0], [1.0, 0.0, 1.0]));
+    let open = told(tube.clone(), json!({}), hung.clone());
+    assert!(
+        open.contains("\"sheet\" has come open: its edges at the ends of u, which met, are up to "),
+        "{open}"
+    );
+    let cone = revolved(&line([0.0, 0.0, 1.0], [1.0, 0.0, 0.0]));
+    let open = told(
+        cone,
+        json!({ "stiffness": 300 }),
+        json!([{ "kind": "fixed", "at": [std::f64::consts::PI, 1] }]),
+    );
+    assert!(open.contains("which was one point, is "), "{open}");
+    let round = tube.to_periodic(Direction::U, 1e-3);
+    if let Ok(round) = round {
+        let shut = told(round.shape, json!({}), json!([{ "kind": "fixed", "at": [0, 0] }]));
+        assert!(!shut.contains("come open"), "{shut}");
+    }
+    // Two bicubic pieces along u, smooth where they meet, and the same with simple knots.
+    let flat = |knots: Vec<f64>| {
+        let (u, v) = (Space::open(3, knots).unwrap(), Space::open(1, vec![0.0, 0.0, 1.0, 1.0]).unwrap());
+        let points = (0..u.len()).flat_map(|i| (0..2).map(move |j| (i, j)));
+        let across = (u.len() - 1) as f64;
+        let points = points.map(|(i, j)| Point::new(2.0 * i as f64 / across, j as f64, 0.0)).collect();
+        Surface::new(u, v, points).unwrap()
+    };
+    let ends = json!([{ "kind": "fixed", "at": [0, 0] }, { "kind": "fixed", "at": [0, 1] }, { "kind": "fixed", "at": [2, 0] }, { "kind": "fixed", "at": [2, 1] },
+        { "kind": "fixed", "at": [1, 0.5], "to": [1, 0.5, 0.6] }]);
+    let loose = json!({ "gravity": [0, 0, 0], "damping": 3, "draw": 0.05 });
+    let folded =
+        told(flat(vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0]), loose.clone(), ends.clone());
+    assert!(folded.contains("\"sheet\" has folded along u = 1 by up to "), "{folded}");
+    let smooth = told(flat(vec![0.0, 0.0, 0.0, 0.0, 0.5, 1.0, 1.5, 2.0, 2.0, 2.0, 2.0]), loose, ends);
+    assert!(!smooth.contains("folded"), "{smooth}");
+}
+
+/// Two places of a flat sheet that are to be one come together where they are one: the constraint lets go, and the sheet rests as if without it.
+#[test]
+fn places_of_a_sheet_that_come_together_let_go() {
+    use loftsman_kernel::spline::Surface;
+    let space = || Space::open(2, vec![0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0]).unwrap();
+    let points = (0..16).map(|k| Point::new(f64::from(k / 4) / 3.0, f64::from(k % 4) / 3.0, 0.0)).collect();
+    let sheet = Surface::new(space(), space(), points).unwrap();
+    let fixed = |u: f64, v: f64| json!({ "kind": "fixed", "at": [u, v] });
+    for (more, near) in [
+        (json!({ "settle": true }), [[0.2, 0.9], [1.8, 1.1]]),
+        (json!({ "settle": true }), [[0.5, 0.7], [1.4, 1.3]]),
+        (json!({ "seconds": 1, "settle": true, "damping": 3 }), [[0.6, 1.1], [1.4, 1.3]]),
+    ] {
+        let done = |constraints: Value| {
+            let mut scene = Scene::new();
+            scene.unit = Unit::Metre;
+            scene.add(Object::new("sheet", Geometry::Surface(sheet.clone()))).unwrap();
+            let mut fields = json!({ "mass": 0.3, "stiffness": 60, "constraints": constraints });
+            fields.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+            let report = run(&mut scene, fields).unwrap();
+            (scene.object("sheet").unwrap().geometry().points().to_vec(), report)
+        };
+        let both = json!([fixed(0.0, 0.0), fixed(0.0, 2.0), { "kind": "double-sliding", "near": near }]);
+        let (_, report) = done(both);
+        let words = format!("{:?} {:?}", report.notes, report.warnings);
+        assert!(words.contains("its loop is drawn shut"), "{words}");
+        // What holds it bears its weight, straight up.
+        let supports = report
+            .constraints
+            .iter()
+            .take(2)
+            .map(|c| loftsman_kernel::Vector::from_column_slice(&c.multipliers));
+        let sum: loftsman_kernel::Vector = supports.sum();
+        let weight = 0.3 * 9.81;
+        assert!(
+            (sum.norm() - weight).abs() < 2e-3 * weight && (sum.z.abs() - weight).abs() < 2e-3 * weight,
+            "{sum:?}"
+        );
+    }
+}
+
 /// Where a rope turns at a ring it rests with a corner there: all its frames have the same control vertices, and are the same curves as without.
 #[test]
 fn a_corner_goes_into_all_frames() {

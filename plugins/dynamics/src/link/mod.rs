@@ -333,6 +333,11 @@ impl Link {
         self.offset.iter().all(|o| *o == [0.0; 2]) || time - self.since > 25.0 * self.draw
     }
 
+    /// Whether it has come near to what it asks: what it misses beside what it lets itself miss is drift from then on.
+    pub(crate) fn is_near(&self, time: f64) -> bool {
+        self.is_drawn_in(time) || time - self.since > 10.0 * self.draw
+    }
+
     /// Whether it does work from outside: its target moves, it comes or goes, or draws something in.
     pub(crate) fn feeds(&self, time: f64) -> bool {
         let moves = |part: &HeldPart| matches!(&part.target, Target::Path(path) if path.points().len() > 1);

@@ -141,9 +141,27 @@ impl Link {
         terms.map(|term| term.order).max().unwrap_or(0)
     }
 
-    /// Two places of one curve that have come together: a loop drawn shut. Of degree 1 or 2 there is none within one span: it would have no length, or lie
-    /// upon itself.
+    /// Two places of one shape that have come together: a loop drawn shut. On a curve of degree 1 or 2 there is none within one span: it would have no
+    /// length, or lie upon itself.
     pub(crate) fn is_shut(&self, length: f64) -> bool {
+        if let [
+            Place { body: a, location: Location::Surface(u, v), floats },
+            Place { body: b, location: Location::Surface(s, t), floats: other },
+        ] = &self.places[..]
+        {
+            if a != b || !(*floats || *other) {
+                return false;
+            }
+            // The way from one to the other as the parameters go, in lengths.
+            let along = |axis: usize, apart: f64| {
+                let both = [axis, axis + 2].into_iter().filter_map(|own| self.slides.get(own));
+                let pace = both.map(|slide| slide.pace).fold(0.0, f64::max);
+                let whole = self.slides.get(axis).map(|slide| slide.interval);
+                let round = whole.filter(|whole| whole.periodic).map(|whole| whole.end - whole.start - apart);
+                round.map_or(apart, |round| apart.min(round)) / pace
+            };
+            return along(0, (u - s).abs()).hypot(along(1, (v - t).abs())) < length;
+        }
         let [
             Place { body: a, location: Location::Curve(u), floats },
             Place { body: b, location: Location::Curve(w), floats: other },

@@ -23,7 +23,7 @@ pub(super) const FIELDS: [Field; 22] = [
     Field::optional(
         "stiffness",
         "number",
-        "200 times the weight",
+        "200 times the weight (of a surface: over the root of its area)",
         "the force that would stretch it to twice its length",
     ),
     Field::optional(

@@ -1,7 +1,8 @@
 //! The numbers of a material and of steps: their fields, what is asked of each, and what follows where one is not said.
 
+use loftsman_kernel::Vector;
 use loftsman_kernel::plugin::{OperationError, ParameterError, Parameters};
-use loftsman_kernel::shape::{Shape, cells_of};
+use loftsman_kernel::shape::{Derivative, Shape, cells_of};
 
 use crate::body::Material;
 use crate::error::{DynamicsError, check, check_damping, check_mass, check_rest, check_time};
@@ -68,7 +69,7 @@ pub(super) fn material(parameters: &Parameters, other: Material) -> Result<Mater
     })
 }
 
-/// What is not said of its stiffness follows from its weight: that of its own length, of a surface of its own size.
+/// What is not said of its stiffness follows from its weight: that of its own length, of a surface by its width, the root of its area.
 pub(super) fn stiffened(
     mut material: Material,
     shape: &dyn Shape,
@@ -86,17 +87,20 @@ pub(super) fn stiffened(
 /// Gauss points more than its degree in each span.
 const MORE: usize = 8;
 
-/// The arc length of a curve, the largest extent of a surface: of the shape itself, whatever its control vertices.
+/// The arc length of a curve, the root of the area of a surface: of the shape itself, whatever its control vertices, and however it lies.
 pub(super) fn reach(shape: &dyn Shape) -> Result<f64, OperationError> {
-    if shape.domain().len() != 1 {
-        return Ok(crate::body::extent(shape.control_vertices()));
-    }
-    let mut length = 0.0;
+    let points = shape.control_vertices();
+    let is_curve = shape.domain().len() == 1;
+    let mut measure = 0.0;
     for cell in cells_of(shape, "a length")?.checked(shape)? {
-        let degree = cell.sides.first().map_or(0, |side| side.degree);
-        for (at, weight) in cell.gauss_points([degree + MORE, 0]) {
-            length += weight * shape.stencil(at, 1.into())?.apply(shape.control_vertices()).norm();
+        let nodes = |side: usize| cell.sides.get(side).map_or(0, |side| side.degree + MORE);
+        for (at, weight) in cell.gauss_points([nodes(0), nodes(1)]) {
+            let way = |u: usize, v: usize| -> loftsman_kernel::Result<Vector> {
+                Ok(shape.stencil(at, Derivative { u, v })?.apply(points))
+            };
+            measure +=
+                weight * if is_curve { way(1, 0)?.norm() } else { way(1, 0)?.cross(&way(0, 1)?).norm() };
         }
     }
-    Ok(length)
+    Ok(if is_curve { measure } else { measure.sqrt() })
 }

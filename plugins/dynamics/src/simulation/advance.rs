@@ -246,7 +246,7 @@ impl Simulation {
         let time = self.time;
         // Where they could not be gathered there is nothing to look at.
         let gathered = self.links.iter().filter(|_| collected.is_ok());
-        for link in gathered.filter(|link| link.is_held() && link.is_drawn_in(time)) {
+        for link in gathered.filter(|link| link.is_held() && link.is_near(time)) {
             for equation in link.first..link.first + link.equations {
                 let [let_go, ..] = link.offset(equation - link.first, time);
                 self.worst = self.worst.max((desk.gap[equation] - let_go).abs());

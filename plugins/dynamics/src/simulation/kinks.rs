@@ -94,7 +94,15 @@ impl Simulation {
     /// Of something at rest: the corners that it is given where it turns at places that slide, and how it rests then.
     pub(super) fn rest_at_corners(&mut self, settled: Settled) -> Result<Settled> {
         let kinks = self.kinks()?;
-        let settled = Settled { turns: kinks.len(), ..settled };
+        // What it was given a corner for before turns there, if no better one is found.
+        let has_corner = |kink: &&Kink| {
+            let at = self.links[kink.link].places[kink.place].location;
+            self.corners
+                .iter()
+                .any(|c| (c.constraint, c.body) == (kink.link, kink.body) && at == Location::Curve(c.at))
+        };
+        let corners = kinks.iter().filter(has_corner).count();
+        let settled = Settled { turns: kinks.len() - corners, ..settled };
         if kinks.is_empty() || kinks.len() > MOST {
             return Ok(settled);
         }
