@@ -84,6 +84,13 @@ pub(super) fn report(
                 short(drift)
             ));
         }
+    } else if let Some(whole) = unseen {
+        notes.push(format!(
+            "its elastic energy is {} where rest is found by it ({} in all: stretch varies within spans), in mass · {}² / s²",
+            figure(without_rounding(after.elastic, all)),
+            figure(whole),
+            unit.one()
+        ));
     }
     let by = |stretch: f64| {
         let way = if stretch < 0.0 { "compressed" } else { "stretched" };
