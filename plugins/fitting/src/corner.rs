@@ -1,6 +1,10 @@
 //! Corners in a chain of points: where a smooth curve cannot follow, and a fit is divided.
 
+mod scattered;
+
 use loftsman_kernel::Vector;
+
+pub use self::scattered::{Doubt, Scatter};
 
 /// The turn beyond which [`Corners::Auto`] takes a point for a corner: 60°.
 const SHARP: f64 = std::f64::consts::FRAC_PI_3;
@@ -23,7 +27,8 @@ pub enum Corners {
     None,
     /// At points where the polygon of the points turns by more than this angle, in radians, unless it is round there.
     Angle(f64),
-    /// As for an angle of 60°, where the points turn as sharply over six tolerances to both sides, too.
+    /// As for an angle of 60°, where the points turn as sharply over six tolerances to both sides, too. Where points scatter, by less than the tolerance allows, two
+    /// curves that are fitted to the points on either side have to make that angle: [`Scatter`].
     Auto,
 }
 
@@ -40,7 +45,22 @@ impl Corners {
     /// * or the flanks and the turns behind them make up 1.1 times their edges, and a quarter of it on either side.
     ///
     /// The corner of a polygon, whose sides are straight or evenly curved, has no such flanks. `O(n)`.
-    pub(crate) fn find(self, points: &[Vector], closed: bool, tolerance: f64) -> Vec<usize> {
+    pub(crate) fn find(
+        self,
+        points: &[Vector],
+        closed: bool,
+        tolerance: f64,
+    ) -> (Vec<usize>, Option<Scatter>) {
+        if self == Self::Auto
+            && let Some((corners, scatter)) = scattered::find(points, closed, tolerance, SHARP)
+        {
+            return (corners, Some(scatter));
+        }
+        (self.turned(points, closed, tolerance), None)
+    }
+
+    /// The corners by the turns from point to point.
+    fn turned(self, points: &[Vector], closed: bool, tolerance: f64) -> Vec<usize> {
         let least = match self {
             Self::None => return Vec::new(),
             Self::Angle(angle) => angle,
@@ -281,12 +301,12 @@ mod tests {
     fn polygons_have_their_corners() {
         let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
         for way in [Corners::Angle(0.7), Corners::Auto] {
-            assert_eq!(way.find(&polygon(&square, 1), true, 1e-4), [0, 1, 2, 3]);
-            assert_eq!(way.find(&polygon(&square, 7), true, 1e-4), [0, 7, 14, 21]);
-            assert_eq!(way.find(&polygon(&square, 7), false, 1e-4), [7, 14, 21]);
+            assert_eq!(way.turned(&polygon(&square, 1), true, 1e-4), [0, 1, 2, 3]);
+            assert_eq!(way.turned(&polygon(&square, 7), true, 1e-4), [0, 7, 14, 21]);
+            assert_eq!(way.turned(&polygon(&square, 7), false, 1e-4), [7, 14, 21]);
         }
-        assert!(Corners::Angle(1.6).find(&polygon(&square, 7), true, 1e-4).is_empty());
-        assert!(Corners::None.find(&polygon(&square, 7), true, 1e-4).is_empty());
+        assert!(Corners::Angle(1.6).turned(&polygon(&square, 7), true, 1e-4).is_empty());
+        assert!(Corners::None.turned(&polygon(&square, 7), true, 1e-4).is_empty());
     }
 
     /// Sides of one point between corners are straight to rounding, or to what an outline is printed with, and turn one way or the other by that.
@@ -307,7 +327,7 @@ mod tests {
                     })
                     .collect();
                 let corners: Vec<usize> = (0..sides).map(|k| 2 * k).collect();
-                assert_eq!(Corners::Auto.find(&ring, true, 1e-4), corners, "{sides} {off:e} {sense}");
+                assert_eq!(Corners::Auto.turned(&ring, true, 1e-4), corners, "{sides} {off:e} {sense}");
             }
         }
         // 128° between legs of 1060 and 5970 tolerances, with a point on each side, as a program printed it.
@@ -322,7 +342,7 @@ mod tests {
         ]
         .map(|(x, y)| Vector::new(x, y, 0.0))
         .to_vec();
-        assert_eq!(Corners::Auto.find(&outline, true, 3.293), [2, 4, 6]);
+        assert_eq!(Corners::Auto.turned(&outline, true, 3.293), [2, 4, 6]);
     }
 
     /// Three corners one after another, with a point between them or none: what turns behind a flank of rounding is no share of this one's turn.
@@ -377,7 +397,7 @@ mod tests {
                 at += Vector::new(way.cos(), way.sin(), 0.0) * leg;
                 points.push(at);
             }
-            let found = Corners::Auto.find(&points, false, 1.0);
+            let found = Corners::Auto.turned(&points, false, 1.0);
             assert_eq!(found, [corner + 1], "{chain:?}");
         }
     }
@@ -399,7 +419,7 @@ mod tests {
                     points.reverse();
                 }
                 let corner = if mirrored { n - 1 - corner } else { corner };
-                let found = Corners::Auto.find(&points, false, 1.0);
+                let found = Corners::Auto.turned(&points, false, 1.0);
                 assert_eq!(found.len(), 1, "{before} {turn} {mirrored}: {found:?}");
                 let off = (points[found[0]] - points[corner]).norm();
                 assert!(off <= 1.0, "{before} {turn} {mirrored}: {found:?}");
@@ -419,7 +439,7 @@ mod tests {
                 for first in 0..n {
                     let turned: Vec<Vector> =
                         (0..n).map(|k| outline[(if mirrored { 2 * n - k } else { k } + first) % n]).collect();
-                    let found = way.find(&turned, true, 0.005);
+                    let found = way.turned(&turned, true, 0.005);
                     let places: Vec<Vector> = found.iter().map(|&k| turned[k]).collect();
                     assert!(places.contains(&outline[5]), "{first} {mirrored}: {places:?}");
                     assert!(!places.contains(&outline[4]), "{first} {mirrored}: {places:?}");
@@ -429,7 +449,7 @@ mod tests {
         // Points that are one place are one corner: the first of them.
         let square = polygon(&[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)], 3);
         let doubled: Vec<Vector> = square.iter().flat_map(|p| [*p, *p]).collect();
-        assert_eq!(Corners::Auto.find(&doubled, true, 1e-4), [0, 6, 12, 18]);
+        assert_eq!(Corners::Auto.turned(&doubled, true, 1e-4), [0, 6, 12, 18]);
     }
 
     #[test]
@@ -439,11 +459,11 @@ mod tests {
                 .map(|i| std::f64::consts::TAU * f64::from(i) / f64::from(n))
                 .map(|a| Vector::new(a.cos(), a.sin(), 0.0))
                 .collect();
-            assert!(Corners::Auto.find(&ring, true, 1e-4).is_empty());
+            assert!(Corners::Auto.turned(&ring, true, 1e-4).is_empty());
         }
         let rough: Vec<Vector> = (0..200_u32)
             .map(|i| Vector::new(f64::from(i) * 1e-3, 1e-3 * f64::from((i * 7919) % 13) / 13.0, 0.0))
             .collect();
-        assert!(Corners::Auto.find(&rough, false, 1e-3).is_empty());
+        assert!(Corners::Auto.turned(&rough, false, 1e-3).is_empty());
     }
 }

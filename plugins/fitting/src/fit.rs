@@ -4,7 +4,7 @@ use loftsman_kernel::edit::Constraint;
 use loftsman_kernel::spline::Curve;
 
 use crate::constraint::Kept;
-use crate::corner::Corners;
+use crate::corner::{Corners, Scatter};
 use crate::parameters::Parametrization;
 
 /// What distance does not matter to a corner where there is no tolerance, as a share of the points' box.
@@ -109,6 +109,8 @@ pub struct FittedCurve {
     pub polygon_length: f64,
     /// The points at which the curve has corners.
     pub corners: Vec<usize>,
+    /// How far the points scatter, in document units, and where that leaves corners in doubt; none where it did not count.
+    pub scatter: Option<Scatter>,
     /// What was done that was not asked for, in words.
     pub remarks: Vec<String>,
     /// The point that is farthest from the curve at its parameter.

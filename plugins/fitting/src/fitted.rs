@@ -3,6 +3,7 @@
 use loftsman_kernel::plugin::{Observer, Quiet};
 use loftsman_kernel::{Point, Vector};
 
+use crate::corner::Scatter;
 use crate::error::Result;
 use crate::fit::{CORNER_SCALE, Fit, FittedCurve};
 use crate::frame::Frame;
@@ -44,10 +45,13 @@ impl Fit {
         let sites = self.parameters.of_local(&local, self.closed)?;
         let goal = Goal::new(self, &frame, &local)?;
         let size = local.iter().fold(0.0_f64, |m, p| m.max((p - local[0]).amax()));
-        let corners = self.corners.find(&local, self.closed, goal.tolerance.unwrap_or(CORNER_SCALE * size));
+        let (corners, scatter) =
+            self.corners.find(&local, self.closed, goal.tolerance.unwrap_or(CORNER_SCALE * size));
         let whole =
             Whole { fit: self, frame: &frame, points: &local, sites: &sites, weights, goal, observer };
         let found = whole.search(&corners)?;
-        whole.finish(found, points, corners, closing_point_dropped)
+        let fitted = whole.finish(found, points, corners, closing_point_dropped)?;
+        let scatter = scatter.map(|s| Scatter { deviation: frame.leave_length(s.deviation), ..s });
+        Ok(FittedCurve { scatter, ..fitted })
     }
 }

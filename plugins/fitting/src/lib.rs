@@ -52,7 +52,7 @@ use loftsman_kernel::plugin::{Plugin, Registry};
 pub use cloud::operation::FitShape;
 pub use cloud::{CloudFit, CloudFitted, CloudReport, DerivativeEnergy};
 pub use constraint::Kept;
-pub use corner::Corners;
+pub use corner::{Corners, Doubt, Scatter};
 pub use error::{Astray, FitError};
 pub use fit::{Fit, FittedCurve, Target};
 pub use interpolation::{Duplicates, Ends, Interpolated, Interpolation};

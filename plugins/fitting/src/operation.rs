@@ -65,7 +65,7 @@ const DECLARATION: Declaration = Declaration {
             "corners",
             "degrees | \"auto\"",
             "none: a smooth curve",
-            "divide the fit where the points turn by more than this; \"auto\": by more than 60°, and as sharply over six tolerances. Where the turn is shared by the points before and after (a round nose) there is no corner",
+            "divide the fit where the points turn by more than this; \"auto\": by more than 60°, and as sharply over six tolerances; where points scatter, two curves near the points on either side do, and what is doubtful is told. Where the turn is shared by the points before and after (a round nose) there is no corner",
         ),
         Field::optional(
             "parameters",

@@ -346,6 +346,7 @@ impl Whole<'_> {
             length: leave(travel.length),
             polygon_length: leave(travel.polygon),
             corners,
+            scatter: None,
             remarks: state.remarks,
             parameters,
             tolerance: self.goal.tolerance.map(leave),

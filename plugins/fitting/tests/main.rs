@@ -12,4 +12,5 @@ mod held;
 mod noise;
 mod operation;
 mod plain;
+mod scattered;
 mod shape_operation;

@@ -4,7 +4,7 @@ use std::any::Any;
 
 use loftsman_kernel::error::{Error, Result};
 use loftsman_kernel::functional::{Edge, On, Shapes};
-use loftsman_kernel::shape::{Derivative, Location, Shape, Stencil};
+use loftsman_kernel::shape::{Derivative, Location, Shape, Stencil, edges_of};
 use loftsman_kernel::spline::{Conversion, Curve, Space};
 use loftsman_kernel::topology::{EdgeCurve, TOGETHER};
 use loftsman_kernel::{Point, Vector};
@@ -22,6 +22,8 @@ const AS_NEAR: f64 = 0.02;
 /// … or differ by no more than the squares of this part of the edge's size, and where lines across run askew by no more than this part of a turn.
 const TURNED: f64 = 1e-6;
 const ASKEW: f64 = 1.0 / 720.0;
+/// Where the edge may have to be the curve, corners of both, or what may be one, that lie no further than this part of a turn from one another (6°) meet.
+const CORNERS: f64 = 1.0 / 60.0;
 /// A start no further than this part of a turn from a knot of the curve is at it.
 const AT_KNOT: f64 = 1e-6;
 /// Where edge and curve are not to be equal, so many times as many places show how far they are apart …
@@ -150,13 +152,20 @@ impl Beside {
             turned = turned.reverse()?;
             start = c + (d - start);
         }
+        let rounding = SEAM * edge.spread().max(size_of(&turned));
+        // Beside an edge without a seam it needs none where it is smooth: neither does the edge then, when it takes its knots.
+        let unseamed = |curve: Curve| match curve.to_periodic(rounding) {
+            Ok(ring) if edge.curve.is_periodic() => ring.shape,
+            _ => curve,
+        };
         let turned = match start > c && start < d {
-            false => turned,
+            false if turned.is_periodic() => turned,
+            false => unseamed(turned),
             true if turned.is_periodic() => turned.started_at(start)?,
             // Where it had its seam it is as smooth as it was there: no knot is left of that but what the curve needs.
-            true => match turned.to_periodic(SEAM * edge.spread().max(size_of(&turned))) {
-                Ok(ring) => ring.shape.started_at(start)?.to_clamped()?,
-                Err(_) => turned.started_at(start)?,
+            true => match turned.to_periodic(rounding) {
+                Ok(ring) => unseamed(ring.shape.started_at(start)?.to_clamped()?),
+                Err(_) => unseamed(turned.started_at(start)?),
             },
         };
         Ok(Self { edge, curve: turned.reparametrise(a, b)?, track, askew: None })
@@ -260,6 +269,14 @@ impl Beside {
                 .then_some((k, [-1.0, 1.0].map(|side| knot + side * WITHIN * (b - a))))
         };
         self.greville().into_iter().enumerate().filter_map(met).collect()
+    }
+
+    /// A place on either side of each knot of the curve that is no end.
+    pub(crate) fn sides(&self) -> impl Iterator<Item = [f64; 2]> {
+        let (a, b) = self.edge.curve.domain();
+        let inside = move |knot: &f64| *knot - a > WITHIN * (b - a) && b - *knot > WITHIN * (b - a);
+        let breaks = self.curve.space().breakpoints().into_iter().filter(inside);
+        breaks.map(move |knot| [-1.0, 1.0].map(|side| knot + side * WITHIN * (b - a)))
     }
 
     /// Places all along the edge between those where anything is imposed: as many of each piece as determine a polynomial of both
@@ -423,7 +440,7 @@ fn round(edge: &EdgeCurve, curve: &Curve, exact: bool) -> Result<(Track, Option<
     let as_good = |(found, track): &(f64, Track)| *found <= enough && turned(track) <= ASKEW;
     let begun = match alike.filter(|one| exact || as_good(one)) {
         Some((_, track)) => track,
-        None => track(best.start + together(edge.space(), curve.space(), &best), best.reversed),
+        None => track(best.start + together(edge.space(), curve.space(), &best, exact), best.reversed),
     };
     let turn = turned(&begun);
     let seam = !edge.space().is_periodic();
@@ -438,8 +455,8 @@ fn round(edge: &EdgeCurve, curve: &Curve, exact: bool) -> Result<(Track, Option<
 
 /// How much farther along a closed curve it is begun so that knots of edge and curve that lie all but beside one another do: two knots with next to nothing
 /// between them would be a piece that nothing holds. Where both have their corners, or what may be one, first; else as many as can be; and by no more than
-/// [`ASKEW`], which turns what runs across by next to nothing.
-fn together(edge: &Space, curve: &Space, track: &Track) -> f64 {
+/// [`ASKEW`], which turns what runs across by next to nothing, or for corners of what is to be `exact` by no more than [`CORNERS`].
+fn together(edge: &Space, curve: &Space, track: &Track, exact: bool) -> f64 {
     let length = curve.length();
     let around = |space: &Space| {
         let mut breaks = space.breakpoints();
@@ -452,9 +469,9 @@ fn together(edge: &Space, curve: &Space, track: &Track) -> f64 {
         let off = ((knot - track.there(t)) / length).rem_euclid(1.0);
         if off > 0.5 { off - 1.0 } else { off }
     };
-    let near = |edges: &[f64], knots: &[f64]| -> Vec<f64> {
+    let near = |edges: &[f64], knots: &[f64], within: f64| -> Vec<f64> {
         let each = edges.iter().flat_map(|t| knots.iter().map(move |knot| off(*t, *knot)));
-        let mut all: Vec<f64> = each.filter(|off| off.abs() <= ASKEW).collect();
+        let mut all: Vec<f64> = each.filter(|off| off.abs() <= within).collect();
         all.sort_by(f64::total_cmp);
         all
     };
@@ -465,9 +482,9 @@ fn together(edge: &Space, curve: &Space, track: &Track) -> f64 {
         };
         around(space).into_iter().filter(may_turn).collect::<Vec<f64>>()
     };
-    let mut all = near(&sharp(edge), &sharp(curve));
+    let mut all = near(&sharp(edge), &sharp(curve), if exact { CORNERS } else { ASKEW });
     if all.is_empty() {
-        all = near(&around(edge), &around(curve));
+        all = near(&around(edge), &around(curve), ASKEW);
     }
     // Of those that can be met at once the most, and of equals the nearest.
     let mut best = None::<(usize, f64)>;
@@ -503,7 +520,14 @@ pub(crate) fn closed(curve: &Curve) -> Result<bool> {
 /// When there is no such edge.
 pub(crate) fn edge_of(shapes: &Shapes<'_>, on: &On, edge: Edge, what: &str) -> Result<EdgeCurve> {
     let shape = shapes.get(on.shape)?;
-    let index = edge.number_on(shape).map_err(|e| Error::Invalid(format!("{what}: {e}{on}")))?;
+    let index = edge.number_on(shape).map_err(|e| {
+        let none = edges_of(shape, what).is_ok_and(|edges| edges.iter().next().is_none());
+        Error::Invalid(match &on.name {
+            Some(name) if none => format!("{what}: \"{name}\" is closed all round and has no edge"),
+            None if none => format!("{what}: the surface is closed all round and has no edge"),
+            _ => format!("{what}: {e}{on}"),
+        })
+    })?;
     EdgeCurve::of(shape, index, what)
 }
 

@@ -54,6 +54,7 @@ mod beside;
 mod contact;
 mod deviation;
 mod edge_on;
+mod fields;
 mod foot;
 mod history;
 mod matching;

@@ -2,7 +2,7 @@
 
 use loftsman_kernel::error::Result;
 use loftsman_kernel::functional::Shapes;
-use loftsman_kernel::shape::{Derivative, Shape};
+use loftsman_kernel::shape::{BoundaryEdge, Derivative, Shape};
 use loftsman_kernel::topology::EdgeCurve;
 use loftsman_kernel::{Point, Vector};
 
@@ -28,7 +28,7 @@ pub(crate) struct Near<'a> {
     on: usize,
     own: Foot,
     /// The edge that stands still, for its places.
-    edge: EdgeCurve,
+    edge: BoundaryEdge,
     /// Places of the edges that are no further apart are at one another.
     apart: f64,
 }
@@ -53,7 +53,7 @@ impl<'a> Near<'a> {
         own: EdgeCurve,
         apart: f64,
     ) -> Result<Self> {
-        let edge = there.clone();
+        let edge = there.edge;
         Ok(Self { other, there: Foot::new(there.curve)?, on, own: Foot::new(own.curve)?, edge, apart })
     }
 
@@ -72,7 +72,7 @@ impl<'a> Near<'a> {
         let (u, here) = self.there.of(place.u, &at)?;
         let (_, back) = self.own.of(place.t, &place.point)?;
         let apart = if back.norm() > here.norm() { back } else { -here };
-        let measured = match Frame::new(self.other, &self.edge.edge, u) {
+        let measured = match Frame::new(self.other, &self.edge, u) {
             Ok(frame) => place.contact.beside(frame).measure(shape)?,
             // A pole that is nearer tells nothing.
             Err(_) => place.contact.measure(shape)?,

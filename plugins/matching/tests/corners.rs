@@ -247,3 +247,52 @@ fn seams_that_lie_beside_one_another_are_one() {
     }
     assert!(refused.len() <= made / 20, "{made} made, {refused:#?}");
 }
+
+/// Seams with corners that lie a little beside one another meet: one corner, not two. And what has no edge says so.
+#[test]
+fn corners_of_both_meet_where_they_lie_near_one_another() {
+    let mut registry = Registry::new();
+    MatchingPlugin.register(&mut registry);
+    let context = Context { registry: &registry, observer: &Quiet, clock: &NoClock };
+    let ring = |space: &Space, radius: f64, turn: f64| -> Vec<[f64; 2]> {
+        let ((a, b), n) = (space.domain(), space.len());
+        let place = |i: usize| std::f64::consts::TAU * (space.greville(i) - a) / (b - a);
+        let at = |i: usize| [radius * place(i).cos(), 0.8 * radius * place(i).sin()];
+        turned(&(0..n).map(at).collect::<Vec<_>>(), turn)
+    };
+    let [own, other] = [(3, 8), (4, 10)].map(|(p, n)| Space::clamped_uniform(p, n).unwrap());
+    for turn in [0.0, 1e-4, 0.01, 0.03, 0.08] {
+        for continuity in 0..=2 {
+            let mut scene = Scene::new();
+            scene.add(Object::new("a", tube(-2.0, own.clone(), &ring(&own, 0.9, turn), 1.0).into())).unwrap();
+            scene
+                .add(Object::new("b", tube(0.0, other.clone(), &ring(&other, 1.0, 0.0), 1.0).into()))
+                .unwrap();
+            let fields = json!({ "object": "a", "edge": "u1", "with": { "object": "b", "edge": "u0" },
+                "continuity": continuity });
+            let parameters = Parameters::new(fields, "step[0]").unwrap();
+            let report = MatchOperation.apply(&mut scene, &parameters, &context).unwrap();
+            let corners = report.smooth.map_or(0, |smooth| smooth.corners.len());
+            assert!(corners <= 1, "{turn} {continuity}: {corners}");
+            let breaks = scene.surface("a").unwrap().v().breakpoints();
+            let gap = breaks.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+            assert!(gap > 1e-2, "{turn} {continuity}: {breaks:?}");
+        }
+    }
+    let torus = {
+        let space = Space::periodic_uniform(3, 8).unwrap();
+        let at = |i: usize| std::f64::consts::TAU * i as f64 / 8.0;
+        let point = |k: usize| {
+            let (u, v) = (at(k / 8), at(k % 8));
+            Point::new((3.0 + v.cos()) * u.cos(), (3.0 + v.cos()) * u.sin(), v.sin())
+        };
+        Surface::new(space.clone(), space, (0..64).map(point).collect()).unwrap()
+    };
+    let mut scene = Scene::new();
+    scene.add(Object::new("a", tube(-2.0, own.clone(), &ring(&own, 0.9, 0.0), 1.0).into())).unwrap();
+    scene.add(Object::new("b", torus.into())).unwrap();
+    let fields = json!({ "object": "a", "edge": "u1", "with": { "object": "b", "edge": "v0" } });
+    let parameters = Parameters::new(fields, "step[0]").unwrap();
+    let told = MatchOperation.apply(&mut scene, &parameters, &context).unwrap_err().to_string();
+    assert!(told.contains("\"b\" is closed all round and has no edge"), "{told}");
+}

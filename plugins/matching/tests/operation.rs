@@ -312,7 +312,12 @@ fn knots_close_together_do_not_matter_where_nothing_moves() {
         assert!((p - q).norm() < 1e-6, "{p} {q}");
     }
     let own = near(&deck, 1e-9);
-    let refused = run(&mut scene(&hull, &own), fields).unwrap_err();
+    // Where no metric is said, the other one is taken, which needs no such measure.
+    let notes = run(&mut scene(&hull, &own), fields.clone()).unwrap();
+    assert!(notes.iter().any(|note| note.starts_with("how much it bends cannot be measured")), "{notes:?}");
+    let mut bend = fields;
+    bend["metric"] = json!("bend");
+    let refused = run(&mut scene(&hull, &own), bend).unwrap_err();
     assert!(
         refused.contains("how much the surface bends cannot be measured: its knots at u = "),
         "{refused}"
@@ -501,7 +506,7 @@ fn the_metric_least_is_advised_where_it_helps() {
         let deck = deck.insert_knots(Direction::V, &[at, at, at + 1e-9, at + 1e-9]).unwrap();
         for continuity in [0, 1, 2] {
             let mut fields = json!({ "object": "deck", "edge": "u0", "with": { "object": "hull", "edge": "u1" },
-                "continuity": continuity });
+                "continuity": continuity, "metric": "bend" });
             let Err(told) = run(&mut scene(&hull, &deck), fields.clone()) else { continue };
             if !told.contains("cannot be measured") {
                 continue;

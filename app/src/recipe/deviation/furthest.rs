@@ -8,6 +8,8 @@ const CLIMBED: usize = 4;
 const HALVINGS: usize = 12;
 /// A closest place is known to this part of its distance: what is further by less is no further.
 const KNOWN: f64 = 1e-10;
+/// A bound that is larger than the distance by no more than this part of it is the distance.
+const CERTAIN: f64 = 1e-9;
 /// Steps of one length at most.
 const STEPS: usize = 16;
 
@@ -56,12 +58,13 @@ impl<const N: usize> Places<'_, N> {
     }
 }
 
-/// Where points of the same parameters are furthest from one another among those around: no distance of such a place is larger than the `way`, so that
-/// they are looked at in the order of their ways until no other one can be further.
+/// Where points of the same parameters are furthest from one another among those around: no distance of such a place is larger than the `way`, nor than its
+/// `bound`, so that they are looked at in the order of their ways until no other one can be further.
 pub(super) fn suspects<const N: usize>(
     dense: &[Vec<f64>; N],
     way: impl Fn([f64; N]) -> Option<f64>,
-    away: impl Fn([f64; N]) -> Option<f64>,
+    away: &dyn Fn([f64; N]) -> Option<f64>,
+    bound: &dyn Fn([f64; N]) -> Option<f64>,
 ) -> Option<Vec<[f64; N]>> {
     let places = Places(dense);
     let ways: Vec<f64> = (0..places.count()).map(|k| way(places.place(k))).collect::<Option<_>>()?;
@@ -71,6 +74,9 @@ pub(super) fn suspects<const N: usize>(
             break;
         }
         let here = places.place(k);
+        if found.len() >= CLIMBED && bound(here).is_some_and(|bound| bound <= most) {
+            continue;
+        }
         let far = away(here)?;
         most = most.max(far);
         found.push((far, here));
@@ -81,45 +87,92 @@ pub(super) fn suspects<const N: usize>(
 }
 
 /// The largest of distances over a box: at the places of a grid, and uphill from the largest of these and of `more`, by steps that are halved. `None` where one is not
-/// known.
+/// known. No distance is larger than its `bound`, which costs less, if there is one, and most often is the distance: what is told is a distance all the same.
 pub(super) fn furthest<const N: usize>(
     grid: &[Vec<f64>; N],
     more: &[[f64; N]],
-    distance: impl Fn([f64; N]) -> Option<f64>,
+    distance: &dyn Fn([f64; N]) -> Option<f64>,
+    bound: &dyn Fn([f64; N]) -> Option<f64>,
 ) -> Option<f64> {
     let places = Places(grid);
-    let values: Vec<f64> = (0..places.count()).map(|k| distance(places.place(k))).collect::<Option<_>>()?;
-    let peaks = places.peaks(&values).into_iter().take(CLIMBED).map(|k| (values[k], places.place(k)));
-    let mut starts: Vec<(f64, [f64; N])> = peaks.collect();
+    let count = places.count();
+    let mut known = vec![false; count];
+    let mut values = vec![0.0; count];
+    for k in 0..count {
+        values[k] = match bound(places.place(k)) {
+            Some(bound) => bound,
+            None => {
+                known[k] = true;
+                distance(places.place(k))?
+            }
+        };
+    }
+    // The largest of bounds are made distances, until the largest are.
+    let peaks = loop {
+        let mut peaks = places.peaks(&values);
+        peaks.truncate(CLIMBED);
+        if peaks.iter().all(|k| known[*k]) {
+            break peaks;
+        }
+        for k in peaks {
+            if !known[k] {
+                (known[k], values[k]) = (true, distance(places.place(k))?);
+            }
+        }
+    };
+    let mut starts: Vec<(f64, [f64; N])> = peaks.into_iter().map(|k| (values[k], places.place(k))).collect();
     for at in more {
         starts.push((distance(*at)?, *at));
     }
     // The sort is stable: of equal ones the first.
     starts.sort_by(|a, b| b.0.total_cmp(&a.0));
     starts.truncate(CLIMBED);
-    let ends: [(f64, f64); N] = std::array::from_fn(|d| (grid[d][0], grid[d][grid[d].len() - 1]));
     let mut most = 0.0_f64;
-    for (mut at, mut here) in starts {
-        let mut step: [f64; N] = std::array::from_fn(|d| (ends[d].1 - ends[d].0) / grid[d].len() as f64);
-        for _ in 0..HALVINGS {
-            for _ in 0..STEPS {
-                let mut better = (at, here);
-                for (d, way) in (0..N).flat_map(|d| [(d, 1.0), (d, -1.0)]) {
-                    let mut there = here;
-                    there[d] = (here[d] + way * step[d]).clamp(ends[d].0, ends[d].1);
-                    let far = distance(there)?;
-                    if far > better.0 * (1.0 + KNOWN) {
-                        better = (far, there);
-                    }
-                }
-                if better.0 <= at {
-                    break;
-                }
-                (at, here) = better;
+    for start in starts {
+        most = most.max(start.0);
+        // By bounds, where what is found so is a distance.
+        if let Some((above, here)) = uphill(grid, start, bound, &|_| None) {
+            let far = distance(here)?;
+            most = most.max(far);
+            if far >= above * (1.0 - CERTAIN) {
+                continue;
             }
-            step = step.map(|s| 0.5 * s);
         }
-        most = most.max(at);
+        most = most.max(uphill(grid, start, distance, bound)?.0);
     }
     Some(most).filter(|d| d.is_finite())
+}
+
+/// The place of a value that is larger than those around it, uphill from a place by steps that are halved; no value is larger than its bound.
+fn uphill<const N: usize>(
+    grid: &[Vec<f64>; N],
+    (mut at, mut here): (f64, [f64; N]),
+    value: &dyn Fn([f64; N]) -> Option<f64>,
+    bound: &dyn Fn([f64; N]) -> Option<f64>,
+) -> Option<(f64, [f64; N])> {
+    let ends: [(f64, f64); N] = std::array::from_fn(|d| (grid[d][0], grid[d][grid[d].len() - 1]));
+    let mut step: [f64; N] = std::array::from_fn(|d| (ends[d].1 - ends[d].0) / grid[d].len() as f64);
+    for _ in 0..HALVINGS {
+        for _ in 0..STEPS {
+            let mut better = (at, here);
+            for (d, way) in (0..N).flat_map(|d| [(d, 1.0), (d, -1.0)]) {
+                let mut there = here;
+                there[d] = (here[d] + way * step[d]).clamp(ends[d].0, ends[d].1);
+                let enough = better.0 * (1.0 + KNOWN);
+                if bound(there).is_some_and(|bound| bound <= enough) {
+                    continue;
+                }
+                let far = value(there)?;
+                if far > enough {
+                    better = (far, there);
+                }
+            }
+            if better.0 <= at {
+                break;
+            }
+            (at, here) = better;
+        }
+        step = step.map(|s| 0.5 * s);
+    }
+    Some((at, here))
 }

@@ -114,12 +114,17 @@ fn of_curves(before: &Curve, after: &Curve) -> Option<f64> {
     if before.space().spans().count().saturating_mul(grid.len()) <= EFFORT {
         let away = |[u]: [f64; 1]| Some(before.closest(after.point(u).ok()?).ok()?.distance);
         let alike = before.domain() == after.domain();
-        let mut more = if alike { suspects(&dense, way, away)? } else { Vec::new() };
+        let mut more = if alike { suspects(&dense, way, &away, &unbounded)? } else { Vec::new() };
         more.extend(most);
-        return furthest(&[grid], &more, away);
+        return furthest(&[grid], &more, &away, &unbounded);
     }
     // The way of each point: it bounds the distance.
-    (before.space() == after.space()).then(|| furthest(&dense, most.as_slice(), way))?
+    (before.space() == after.space()).then(|| furthest(&dense, most.as_slice(), &way, &unbounded))?
+}
+
+/// No bound of a distance is known.
+fn unbounded<const N: usize>(_: [f64; N]) -> Option<f64> {
+    None
 }
 
 fn of_surfaces(before: &Surface, after: &Surface) -> Option<f64> {
@@ -136,12 +141,14 @@ fn of_surfaces(before: &Surface, after: &Surface) -> Option<f64> {
     if pieces.saturating_mul(grid[0].len() * grid[1].len()) <= EFFORT {
         let away = |[u, v]: [f64; 2]| Some(before.closest_foot(after.point(u, v).ok()?).ok()?.distance);
         let alike = before.u().domain() == after.u().domain() && before.v().domain() == after.v().domain();
-        let mut more = if alike { suspects(&dense, way, away)? } else { Vec::new() };
+        // Downhill from the same parameters a place is found that is as near as the nearest, or not as near, for next to nothing.
+        let bound = |[u, v]: [f64; 2]| Some(before.foot(after.point(u, v).ok()?, (u, v)).ok()?.distance);
+        let mut more = if alike { suspects(&dense, way, &away, &bound)? } else { Vec::new() };
         more.extend(most);
-        return furthest(&grid, &more, away);
+        return furthest(&grid, &more, &away, &bound);
     }
     let same = before.u() == after.u() && before.v() == after.v();
-    same.then(|| furthest(&dense, most.as_slice(), way))?
+    same.then(|| furthest(&dense, most.as_slice(), &way, &unbounded))?
 }
 
 /// Of shapes of plug-ins whose cells are the same, from place to place of the same parameters, which bounds how far one is from the other: where the nearest
@@ -205,11 +212,11 @@ fn of_parts(before: &Part, after: &Part) -> Option<f64> {
         let dense = directions.map(|space| {
             places(&space.breakpoints(), (2 * space.spans().count()).clamp(ON_SURFACES, ON_WAYS))
         });
-        more = suspects(&dense, way, inside)?;
+        more = suspects(&dense, way, &inside, &unbounded)?;
     }
     // Places of the border itself are neither inside nor outside.
     let edge = largest(border.iter().map(|at| away(*at)))?;
-    Some(edge.max(furthest(&grid, &more, inside)?))
+    Some(edge.max(furthest(&grid, &more, &inside, &unbounded)?))
 }
 
 /// Points are where a map takes them that differ from there by no more than this part of their size.

@@ -5,6 +5,7 @@ use loftsman_kernel::plugin::{ConstraintReport, StepReport};
 use loftsman_kernel::scene::Unit;
 use loftsman_kernel::text::{figure, without_rounding};
 
+use crate::corner::Doubt;
 use crate::fit::FittedCurve;
 
 pub(super) fn report_of(fitted: &FittedCurve, points: &[Point], unit: Unit) -> StepReport {
@@ -47,6 +48,14 @@ pub(super) fn report_of(fitted: &FittedCurve, points: &[Point], unit: Unit) -> S
         let (count, plural) = (fitted.corners.len(), if fitted.corners.len() == 1 { "" } else { "s" });
         notes.push(format!("{count} corner{plural}, at point{plural} {}{more}", first.join(", ")));
     }
+    if let Some(scatter) = &fitted.scatter {
+        notes.push(format!(
+            "the points scatter by about {}: corners are where curves near {} points on either side turn by more than 60°",
+            length(scatter.deviation),
+            scatter.points
+        ));
+        notes.extend(scatter.doubtful.iter().take(MANY).map(doubt));
+    }
     if fitted.closing_point_dropped {
         notes.push("the last point repeats the first and was left out of the closed curve".into());
     }
@@ -67,6 +76,19 @@ pub(super) fn report_of(fitted: &FittedCurve, points: &[Point], unit: Unit) -> S
         leading,
         ..StepReport::default()
     }
+}
+
+/// Of places in doubt so many are told.
+const MANY: usize = 8;
+
+fn doubt(doubt: &Doubt) -> String {
+    let taken = if doubt.taken { "the corner" } else { "whether there is none" };
+    format!(
+        "{taken} at point {} is doubtful: the points turn by {:.0}° ± {:.0}°",
+        doubt.point,
+        doubt.turn.to_degrees(),
+        doubt.give.to_degrees()
+    )
 }
 
 /// `(0.5, 0, 1)`: what is rounding beside the largest coordinate is 0.

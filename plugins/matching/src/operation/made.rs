@@ -4,9 +4,9 @@ use loftsman_kernel::edit::{Corner, Edited};
 use loftsman_kernel::functional::Functional;
 use loftsman_kernel::plugin::StepReport;
 use loftsman_kernel::spline::Surface;
-use loftsman_kernel::text::{figure, without_rounding};
+use loftsman_kernel::text::{figure, short};
 
-use super::Asked;
+use super::asked::Asked;
 use super::changed::Changed;
 use crate::deviation::Deviation;
 
@@ -46,6 +46,17 @@ pub(super) enum Instead {
     Farther(f64),
     /// None was found.
     NoneFound,
+    /// How much it bends cannot be measured.
+    Unmeasured,
+}
+
+/// An edge that goes no farther than this part of its size stays where it is, but for what solving leaves.
+const ROUNDING: f64 = 1e-12;
+
+/// How many times, in words for many.
+fn times(ratio: f64) -> String {
+    const MANY: f64 = 100.0;
+    if ratio < MANY { short(ratio) } else { "more than 100".to_owned() }
 }
 
 /// What a gap counts for, in degrees ([`Corner::change`]).
@@ -102,34 +113,38 @@ impl Made {
         }
         if let Some((way, why)) = self.way {
             let told = way.told();
-            let length = |x: f64| format!("{} {}", figure(x), asked.unit.symbol());
             notes.push(match why {
                 Instead::Folds => format!("left free it would fold back on the other: {told}"),
                 Instead::FoldsAt([u, v]) => {
                     let (u, v) = (figure(u), figure(v));
                     format!("bent as little as can be it would fold back over itself near u = {u}, v = {v}: {told}")
                 }
-                Instead::Farther(far) => format!(
-                    "bent as little as can be it would go up to {} from where it was, and goes up to {}: {told}",
-                    length(far),
-                    length(self.changed.moved)
-                ),
+                Instead::Farther(far) => {
+                    format!("bent as little as can be it would go {} times as far: {told}", times(far / self.changed.moved))
+                }
                 Instead::NoneFound => format!("bent as little as can be no surface was found: {told}"),
+                Instead::Unmeasured => {
+                    format!("how much it bends cannot be measured, which rounding hides: {told}")
+                }
             });
         }
         if self.way.is_none() && self.changed.goes_far() {
-            let length = |x: f64| format!("{} {}", figure(x), asked.unit.symbol());
-            let far = length(self.changed.moved);
-            let edge = match without_rounding(self.changed.edge, self.size) {
-                0.0 => "stays where it is".to_owned(),
-                edge => format!("goes no more than {}", length(edge)),
+            // How far it goes is measured by who runs the operation, from the new one to the old one and back: one number for one question.
+            let far = if self.changed.edge <= ROUNDING * self.size {
+                "parts of it go away from where it was, though its edge stays where it is".to_owned()
+            } else {
+                format!(
+                    "parts of it go {} times as far from where it was as its edge",
+                    times(self.changed.moved / self.changed.edge)
+                )
             };
-            let more = if asked.bend {
+            // Where no metric was said the other one was tried.
+            let more = if asked.bend && asked.measured {
                 "metric = \"least\", or more that stays at the opposite edge (`keep`), holds it back, where they can"
             } else {
                 "more that stays at the opposite edge (`keep`) holds it back, where it can"
             };
-            notes.push(format!("it goes up to {far} from where it was, and its edge {edge}: {more}"));
+            notes.push(format!("{far}: {more}"));
         }
         if let Some([u, v]) = self.changed.fold {
             let (u, v) = (figure(u), figure(v));

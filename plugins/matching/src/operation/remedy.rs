@@ -1,12 +1,15 @@
 //! Why a match is refused, and what helps: remedies are tried before they are named.
 
 use loftsman_kernel::error::Error;
+use loftsman_kernel::functional::Shapes;
 use loftsman_kernel::plugin::{Context, OperationError};
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::spline::Surface;
-use loftsman_kernel::text::short;
+use loftsman_kernel::text::{figure, measured, short};
 
-use super::{Asked, TOLERANCE, Work};
+use super::TOLERANCE;
+use super::asked::Asked;
+use super::attempt::Work;
 use crate::deviation::{Deviation, Limits};
 use crate::history::Attempt;
 
@@ -91,6 +94,22 @@ impl Asked {
                                  surface shrinks to a point"
                 .to_owned(),
         };
+        // A smooth edge cannot meet one with a corner.
+        let shapes = Shapes::new([surface as &dyn Shape, other]);
+        let corner = if self.continuity > 0 {
+            self.matching(self.limits).corner_there(&shapes).unwrap_or_default()
+        } else {
+            None
+        };
+        let corner = corner.map_or_else(String::new, |(angle, at)| {
+            format!(
+                "; the other surface has a corner of {}° along {}{}, at {} of it",
+                figure(angle.to_degrees()),
+                self.other_edge,
+                self.other,
+                measured(at)
+            )
+        });
         let mut helps = Vec::new();
         let mut tries = self.remedies(refused);
         // One limit may do, where all are missed.
@@ -128,7 +147,7 @@ impl Asked {
                 .to_owned(),
             _ => format!(": {}", helps.join(", or ")),
         };
-        Ok(Error::Invalid(format!("{what}{why}{advice}")).into())
+        Ok(Error::Invalid(format!("{what}{why}{corner}{advice}")).into())
     }
 
     /// What may help, and how it is said, in the order in which it is tried.
@@ -183,7 +202,9 @@ impl Asked {
         }
         // Where none was found with curvature, all else with curvature takes as long: what is linear is tried first.
         if refused.why == Why::NoneFound && self.continuity > 1 {
-            tries.sort_by_key(|(asked, _)| asked.continuity != 1);
+            // But for the metric that was not said.
+            let other = |asked: &Self| self.measured && asked.bend != self.bend && asked.keep == self.keep;
+            tries.sort_by_key(|(asked, _)| asked.continuity != 1 && !other(asked));
         }
         tries
     }

@@ -8,7 +8,7 @@ use loftsman_kernel::error::Error;
 use loftsman_kernel::functional::linear;
 use loftsman_kernel::spline::{Direction, Surface};
 
-use super::Asked;
+use super::asked::Asked;
 
 /// Rows at both ends that are nearer to one another than this part of the size meet.
 const MEETS: f64 = 1e-9;

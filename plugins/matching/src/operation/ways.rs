@@ -4,9 +4,10 @@ use loftsman_kernel::plugin::{Context, OperationError};
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::spline::Surface;
 
+use super::asked::Asked;
+use super::attempt::Work;
 use super::made::{Instead, Made, Way};
 use super::remedy::{Refused, Why};
-use super::{Asked, Work};
 
 impl Asked {
     /// What is asked, in the metric that was said; or, where none was, by bending little, and another way where that folds, or goes much farther.
@@ -43,10 +44,16 @@ impl Asked {
             Err(refused) if !self.measured && refused.why == Why::NoneFound => {
                 (Instead::NoneFound, Err(refused))
             }
+            Err(refused) if !self.measured && matches!(refused.why, Why::Unmeasured(_)) => {
+                (Instead::Unmeasured, Err(refused))
+            }
             Err(refused) => return Ok(Err(refused)),
         };
         let ways: &[Way] = if self.measured { &[Way::Led] } else { &[Way::Least, Way::Led, Way::LedLeast] };
         for &way in ways {
+            if why == Instead::Unmeasured && way == Way::Led {
+                continue;
+            }
             let mut work = work.as_much_again();
             match self.by(way).attempt(surface, other, context, &mut work) {
                 Ok(Ok(made)) => {
