@@ -7,11 +7,8 @@ use loftsman_kernel::spline::Surface;
 use loftsman_kernel::text::short;
 
 use super::{Asked, TOLERANCE, Work};
-use crate::deviation::{Deviation, Limits};
+use crate::deviation::{Deviation, Limits, MORE};
 use crate::history::Attempt;
-
-/// What is allowed instead is so much more than what was reached.
-const MORE: f64 = 1.05;
 
 /// A match that is not within its limits.
 #[derive(Debug)]
