@@ -242,9 +242,12 @@ fn scipy_finds_nothing_better() {
     }
 }
 
+/// The values of a functional, by other means.
+type Numbers = Box<dyn Fn(&Curve) -> Vec<f64>>;
+
 struct Asked {
     constraint: Constraint,
-    value: Box<dyn Fn(&Curve) -> Vec<f64>>,
+    value: Numbers,
     target: Vec<f64>,
     /// Of a bound, whether from below.
     bound: Option<bool>,
