@@ -145,3 +145,24 @@ fn a_bound_that_is_touched_changes_nothing_of_a_best_effort() {
         }
     }
 }
+
+/// Bounds are not given way where equations can be; where they contradict one another, they are by least squares.
+#[test]
+fn bounds_that_contradict_one_another_are_given_way_by_a_best_effort() {
+    let curve = twelve();
+    let start = curve.point(4.5).unwrap().z;
+    let z = || position(4.5).axis(Axis::Z);
+    let cases = [
+        (vec![z().at_least(3.0), z().at_most(1.0)], 2.0, 2),
+        (vec![z().at_most(1.0), z().at_least(3.0), z().at_least(2.0)], 2.0, 2),
+        (vec![z().at_least(3.0), z().keep()], 3.0, 1),
+        (vec![z().keep(), z().at_least(3.0), z().at_most(1.0)], 2.0, 3),
+    ];
+    for (number, (all, high, missed)) in cases.into_iter().enumerate() {
+        let solved = all.into_iter().fold(Edit::new(&curve).best_effort(), Edit::ask).solve().unwrap();
+        let report = solved.report();
+        let found = solved.shape().point(4.5).unwrap().z - start;
+        assert!((found - high).abs() < 1e-9, "{number}: {found}: {report}");
+        assert!(report.best_effort && report.missed().len() == missed, "{number}: {report}");
+    }
+}

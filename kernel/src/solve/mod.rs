@@ -304,4 +304,18 @@ pub enum SolveError {
         /// The constraints that are not linear.
         beside: String,
     },
+    /// Constraints that cannot all hold, whose least squares were not found.
+    #[error(
+        "the least squares were not found after {iterations} iterations: what {beside} miss{} could still be less (the slope is {slope} of what it could be); ask for less at once",
+        if beside.contains(", ") { "" } else { "es" },
+        slope = short(*slope)
+    )]
+    NotLeast {
+        /// Iterations made.
+        iterations: usize,
+        /// The slope of the sum of squares that is left, as a share of what the misses could pull together.
+        slope: f64,
+        /// The constraints that are not linear.
+        beside: String,
+    },
 }

@@ -2,6 +2,7 @@
 //! looked at by an evaluator of the tests' own.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic, reason = "tests")]
 
+mod creases;
 mod curves;
 pub(crate) mod dice;
 mod evaluator;

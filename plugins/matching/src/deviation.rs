@@ -12,6 +12,8 @@ const PEAK: f64 = 0.9;
 /// Golden sections: what is left is a 1e-5 of the way, and a maximum is known to 1e-10 of its curvature there.
 const SECTIONS: usize = 24;
 
+/// What is allowed instead is so much more than what was reached.
+pub(crate) const MORE: f64 = 1.05;
 /// Parts of two curvatures that differ by less than this factor are told as one.
 const ALIKE: f64 = 1.1;
 /// A curvature that is so many times the other surface's is told as that: how much larger it is tells nothing.
@@ -80,6 +82,23 @@ impl Deviation {
     pub(crate) fn excess(&self, continuity: usize, distance: f64, limits: &Limits) -> f64 {
         let all = [self.distance / distance, self.angle / limits.angle, self.part / limits.curvature];
         all[..=continuity].iter().fold(0.0, |m, x| f64::max(m, *x))
+    }
+
+    /// The fields of a match that allow what was found, a little more than that, of those that do not: `angle = 0.5, curvature = 1071`; nothing where a
+    /// surface stands back over the other one somewhere, which is a fold.
+    pub(crate) fn allowing(&self, continuity: usize, distance: f64, limits: &Limits) -> Option<String> {
+        if continuity > 0 && self.angle > std::f64::consts::FRAC_PI_2 {
+            return None;
+        }
+        let fields = [
+            ("tolerance", self.distance, distance, 1.0),
+            ("angle", self.angle, limits.angle, 1.0_f64.to_degrees()),
+            ("curvature", self.part, limits.curvature, 100.0),
+        ];
+        let missed = fields.into_iter().take(continuity + 1).filter(|(_, found, allowed, _)| found > allowed);
+        let words = missed.map(|(name, found, _, unit)| format!("{name} = {}", figure(found * unit * MORE)));
+        let words: Vec<String> = words.collect();
+        Some(words.join(", "))
     }
 
     /// All of it by name, the angle in degrees; what is not finite is null.
@@ -268,6 +287,13 @@ mod tests {
             told(far),
             "position 0.25 mm, angle 0.5°, curvature more than 10 times the other surface's largest"
         );
+        // But what would allow it is.
+        let limits = Limits::default();
+        assert_eq!(
+            far.allowing(2, 1.0, &limits).unwrap(),
+            format!("angle = {}, curvature = {}", figure(0.525), figure(2533.65))
+        );
+        assert_eq!(Deviation { angle: 3.0, ..far }.allowing(2, 1.0, &limits), None);
         // Beside what is flat every curvature is a figure.
         let flat = Deviation { curvature: 1e-10, part: 1e-12, flat: true, ..found };
         assert!(told(flat).ends_with("curvature 1e-10 per mm (the other surface is flat)"), "{}", told(flat));

@@ -216,10 +216,15 @@ impl Functional for Matching {
             } else {
                 format!("give the edge more control vertices than its {count}: subdivide once more")
             };
-            format!(
-                "{} is allowed: allow more, or {more}",
-                self.limits.up_to(self.continuity, bound.distance)
-            )
+            let allowed = self.limits.up_to(self.continuity, bound.distance);
+            match worst.allowing(self.continuity, bound.distance, &self.limits) {
+                Some(limits) if limits.is_empty() => format!("{allowed} is allowed: allow more, or {more}"),
+                Some(limits) => format!("{allowed} is allowed: allow more ({limits}), or {more}"),
+                None => format!(
+                    "{allowed} is allowed, and beyond a right angle it folds back on the other there, as where an edge turns back or a surface shrinks to a \
+                     point: ask for continuity 0, or {more}"
+                ),
+            }
         };
         let found = format!("the surfaces are apart by {}", worst.up_to(self.continuity));
         Ok(Some(Told { found, remedy }))

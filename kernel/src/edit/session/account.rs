@@ -73,7 +73,7 @@ impl<S: Shape> Session<S> {
         };
         let (implied, against): (Vec<&Dependency>, Vec<&Dependency>) =
             diagnosis.dependencies.iter().partition(|d| !self.problem.best_effort || agrees(d));
-        report.best_effort = !against.is_empty();
+        report.best_effort = prepared.gave_way || !against.is_empty();
         let (names, smooth) = redundant(&self.problem.bound, &prepared.assembly, &mut implied.into_iter());
         report.redundant = names;
         for (row, bounds) in

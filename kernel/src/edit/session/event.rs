@@ -37,11 +37,14 @@ impl<S: Shape> Session<S> {
 
     /// The same for the vertices that have columns.
     fn event_on_columns(&mut self) -> Result<(), EditError> {
+        self.prepared.gave_way = false;
         match &mut self.prepared.strategy {
             Strategy::Linear => self.linear_event(),
             Strategy::Bordered(_) => self.curved_event(),
-            Strategy::Bounded(_) => self.bounded_event(),
-            Strategy::Sequential(_) => self.iterate(looks(&self.problem.bound)),
+            Strategy::Bounded(_) => self.bounded_event().or_else(|why| self.least_squares(why)),
+            Strategy::Sequential(_) => {
+                self.iterate(looks(&self.problem.bound)).or_else(|why| self.least_squares(why))
+            }
         }
     }
 

@@ -5,6 +5,7 @@ mod border;
 mod bounded;
 mod curved;
 mod edited;
+mod effort;
 mod event;
 mod floating;
 mod mixing;

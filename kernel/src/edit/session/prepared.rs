@@ -44,6 +44,8 @@ pub(super) struct Prepared {
     pub(super) strategy: Strategy,
     pub(super) iterations: usize,
     pub(super) convergence: Option<Convergence>,
+    /// Whether the last event was a best effort that misses something.
+    pub(super) gave_way: bool,
     /// Vertices that are reached where the shapes are and were not when prepared.
     pub(super) strayed: Vec<usize>,
 }
@@ -173,6 +175,7 @@ fn prepare_system(
         },
         iterations: 1,
         convergence: None,
+        gave_way: false,
         strayed: Vec::new(),
         assembly,
     }))

@@ -40,10 +40,10 @@ const SHORTEST: f64 = 1e-6;
 const MEMORY: usize = 5;
 
 /// The constraints at the present shapes: rows, wanted minus present values, the sizes of these numbers.
-struct Linearized {
-    assembly: Assembly,
-    rhs: Numbers,
-    size: Numbers,
+pub(super) struct Linearized {
+    pub(super) assembly: Assembly,
+    pub(super) rhs: Numbers,
+    pub(super) size: Numbers,
     /// The largest error of each constraint, and the size to measure it by.
     errors: Vec<(f64, f64)>,
     /// What error of each is none.
@@ -147,7 +147,12 @@ impl<S: Shape> Session<S> {
                 (0.0, _) => 0.0,
                 (step, whole) => step / whole,
             };
-            let met = here.errors.iter().zip(&here.allowed).all(|((error, _), allowed)| error <= allowed);
+            let gave_way = solved.softened && self.linear_ones_give_way(&here, &wanted, &solved.d);
+            let met = here.errors.iter().zip(&here.allowed).enumerate().all(|(k, ((error, _), allowed))| {
+                error <= allowed
+                    || gave_way
+                        && self.problem.bound[k].constraint.functional.linearity() == Linearity::Linear
+            });
             let still = convergence.change <= STILL[usize::from(iteration > ITERATIONS / 2)]
                 || largest(&step) <= REST * self.prepared.check.reach;
             if met && still {
@@ -160,6 +165,7 @@ impl<S: Shape> Session<S> {
                     return Err(error.into());
                 }
                 self.prepared.iterations = iteration;
+                self.prepared.gave_way = gave_way;
                 self.prepared.convergence = Some(convergence);
                 self.keep(
                     solved,
@@ -223,7 +229,7 @@ impl<S: Shape> Session<S> {
         Err(self.given_up(&here, &convergence))
     }
 
-    fn linearize(&mut self) -> Result<Linearized, EditError> {
+    pub(super) fn linearize(&mut self) -> Result<Linearized, EditError> {
         let assembly = self.problem.assemble(false)?;
         if !assembly.vertices().eq(self.prepared.assembly.vertices()) {
             self.prepared.strayed = assembly.vertices().chain(self.prepared.assembly.vertices()).collect();
@@ -248,6 +254,23 @@ impl<S: Shape> Session<S> {
         });
         let allowed = allowed.collect();
         Ok(Linearized { assembly, rhs, size, errors, allowed })
+    }
+
+    /// Whether equations that are linear are all that a best effort misses: the least squares are those of linear rows then, wherever the
+    /// shapes are, and what is not linear holds beside them.
+    fn linear_ones_give_way(&self, here: &Linearized, wanted: &[f64], d: &[f64]) -> bool {
+        let (assembly, sides) = (&here.assembly, here.assembly.system.sides());
+        let mut reached = Numbers::from_elem(0.0, wanted.len());
+        assembly.system.rows().multiply(d, sides, &mut reached);
+        self.problem.bound.iter().enumerate().all(|(k, bound)| {
+            let sense = bound.constraint.sense();
+            let holds = |slot: &Slot| {
+                let at = assembly.entry(slot);
+                error_of(sense, wanted[at] - reached[at]) <= here.allowed[k]
+            };
+            let linear = bound.constraint.functional.linearity() == Linearity::Linear;
+            (linear && sense == Sense::Equal) || assembly.slots(k).iter().all(holds)
+        })
     }
 
     /// By how much each entry misses its side at the present shapes.

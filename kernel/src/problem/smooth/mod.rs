@@ -51,12 +51,12 @@ type Line = (usize, usize, usize, usize);
 pub(crate) struct Found {
     /// One for each knot or knot line at which something is kept.
     pub(crate) kept: Vec<Smooth>,
-    watches: BTreeMap<(Line, usize), Vec<Watch>>,
+    watches: BTreeMap<(Line, usize), Option<Watch>>,
 }
 
 /// The places that an edit touches where corners can appear, as they were.
 #[derive(Debug, Default)]
-pub(crate) struct Watched(BTreeMap<(Line, usize), Vec<Watch>>);
+pub(crate) struct Watched(BTreeMap<(Line, usize), Option<Watch>>);
 
 impl Watched {
     /// Looks at these places too, unless they are known already.
@@ -218,7 +218,7 @@ struct Search<'a> {
     rows: BTreeMap<Line, Vec<Stencil>>,
     /// Of each line the least order that a column keeps.
     orders: BTreeMap<Line, Option<usize>>,
-    watches: BTreeMap<(Line, usize), Vec<Watch>>,
+    watches: BTreeMap<(Line, usize), Option<Watch>>,
 }
 
 impl<'a> Search<'a> {

@@ -10,6 +10,7 @@ mod bounded;
 mod breps;
 mod cells;
 mod conformance;
+mod effort;
 mod errors;
 mod folded;
 mod kept;

@@ -10,11 +10,8 @@ use loftsman_kernel::text::{figure, measured, short};
 use super::TOLERANCE;
 use super::asked::Asked;
 use super::attempt::Work;
-use crate::deviation::{Deviation, Limits};
+use crate::deviation::{Deviation, Limits, MORE};
 use crate::history::Attempt;
-
-/// What is allowed instead is so much more than what was reached.
-const MORE: f64 = 1.05;
 
 /// A match that is not within its limits.
 #[derive(Debug)]
