@@ -25,14 +25,24 @@ pub(crate) fn width(text: &str) -> f64 {
         .sum()
 }
 
-/// A text of at most `most` characters: a longer one loses its middle, which tells names apart best.
+/// A text of at most `most` characters: a longer one loses its middle, which tells names apart best, and with it the numbers that would be cut.
 pub(crate) fn clipped(text: &str, most: usize) -> String {
-    let count = text.chars().count();
+    /// Numbers longer than this are cut all the same.
+    const LONGEST: usize = 8;
+    let all: Vec<char> = text.chars().collect();
+    let count = all.len();
     if count <= most {
         return text.to_owned();
     }
     let (head, tail) = (most * 2 / 3, most - most * 2 / 3 - 1);
-    text.chars().take(head).chain(['…']).chain(text.chars().skip(count - tail)).collect()
+    let of_number = |k: usize| all.get(k).is_some_and(|c| c.is_ascii_digit() || *c == '.');
+    let within = |k: &usize| *k > 0 && of_number(*k - 1) && of_number(*k);
+    let outside = |places: &mut dyn Iterator<Item = usize>, or: usize| {
+        places.take(LONGEST).find(|k| !within(k)).unwrap_or(or)
+    };
+    let head = outside(&mut (1..=head).rev(), head);
+    let tail = outside(&mut (count - tail..count), count - tail);
+    all.iter().take(head).chain(&['…']).chain(all.iter().skip(tail)).collect()
 }
 
 /// A number as people write it: up to three significant digits (all of them before the point), powers of ten
@@ -212,5 +222,8 @@ mod tests {
     fn long_names_lose_their_middle() {
         assert_eq!(clipped("section", 7), "section");
         assert_eq!(clipped("wing-section-root-17", 10), "wing-s…-17");
+        let label = "double sliding near [0.0983, 0.25117] and [0.9017, 0.25117]";
+        assert_eq!(clipped(label, 48), "double sliding near [0.0983, …and [0.9017, 0.25117]");
+        assert_eq!(clipped("123456789012345", 10), "123456…345");
     }
 }

@@ -359,6 +359,10 @@ impl Parameters {
         let value = self.need(name)?;
         match value {
             Value::Array(list) => Ok(list),
+            Value::Object(_) => {
+                Err(self
+                    .error(name, "a table where a list is needed: write [{ … }], with brackets around it"))
+            }
             other => Err(self.error(name, format!("{} where a list is needed", short(other)))),
         }
     }

@@ -116,14 +116,18 @@ pub(super) fn localise_beside(
     kept: &Kept<'_>,
 ) -> Result<(Box<dyn Shape>, Vec<usize>)> {
     let [Interval { start: a, end: b, .. }] = curve.domain()[..] else { return Err(no_curve()) };
+    let at = |u: f64| curve.value(Location::Curve(u), Derivative::POSITION);
+    let size = || curve.control_vertices().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+    let closes = || at(a).ok().zip(at(b).ok()).is_some_and(|(p, q)| (p - q).norm() <= 1e-9 * size());
+    let over_seam = "the curve closes: over its seam, have it begin elsewhere first (operation split, then join the pieces)";
     if end < start {
-        return Err(Error::Invalid(format!(
-            "the interval [{start}, {end}] runs backwards: its ends are the wrong way round, exchange them"
-        )));
+        let what = if closes() { over_seam } else { "its ends are the wrong way round, exchange them" };
+        return Err(Error::Invalid(format!("the interval [{start}, {end}] runs backwards: {what}")));
     }
     if !(start >= a && end <= b && start < u && u < end) {
         return Err(Error::Invalid(format!(
-            "the interval [{start}, {end}] must lie in the domain [{a}, {b}] and have {u} inside"
+            "the interval [{start}, {end}] must lie in the domain [{a}, {b}] and have {u} inside{}",
+            if (start < a || end > b) && closes() { format!("; {over_seam}") } else { String::new() }
         )));
     }
     let most = influence(curve)?;

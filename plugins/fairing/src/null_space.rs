@@ -147,10 +147,12 @@ pub(crate) fn notes(shape: &dyn Shape, squares: &Squares, ways: usize, kept: &[S
     let breaks = breaks(shape, squares.order(), kept);
     if ways > 0 {
         let what = if breaks.is_some() { "the shape or its parts" } else { "the whole shape" };
+        let only_shifts = ways <= 3 && breaks.is_none();
         let ways = if ways == 1 { "1 number".to_owned() } else { format!("{ways} numbers") };
         notes.push(format!(
-            "{what} could be shifted or stretched evenly and be as fair ({ways} free): it stays as near to where it was as the constraints \
-             let it"
+            "{what} could be moved{} and be as fair ({ways} free): it stays as near to where it was as the constraints \
+             let it",
+            if only_shifts { "" } else { " or stretched evenly" }
         ));
     }
     notes.extend(breaks);

@@ -1,5 +1,6 @@
 //! What a simulation tells of itself.
 
+use loftsman_kernel::Vector;
 use loftsman_kernel::plugin::{ConstraintReport, Frames, OperationError, StepReport};
 use loftsman_kernel::scene::Unit;
 use loftsman_kernel::shape::{Derivative, Location};
@@ -265,7 +266,7 @@ fn ends(simulation: &Simulation, seen: &Frames) -> Result<Vec<String>, Operation
             continue;
         }
         let mut told = Vec::new();
-        let mut point = String::new();
+        let (mut point, mut places) = (Vec::new(), Vec::new());
         for (body, at) in simulation.places(index)? {
             let shape = seen.own_shape(body, simulation.shape(body)?);
             let spans: Vec<f64> = shape.domain().iter().map(|range| range.end - range.start).collect();
@@ -275,11 +276,16 @@ fn ends(simulation: &Simulation, seen: &Frames) -> Result<Vec<String>, Operation
                 Location::Surface(u, v) => format!("[{}, {}]", within(u, span(0)), within(v, span(1))),
                 other => other.to_string(),
             });
-            if point.is_empty() {
-                let place = shape.value(at, Derivative::POSITION)?;
+            let common = simulation.shape(body)?;
+            let place = common.value(at, Derivative::POSITION)?;
+            // Two that are drawn together are at two points until they are one.
+            let apart = |other: &Vector| (other - place).norm() > 1e-6 * extent(common.control_vertices());
+            if places.iter().all(apart) {
                 let size = extent(shape.control_vertices());
-                let own: Vec<String> = place.iter().map(|x| within(*x, size)).collect();
-                point = own.join(", ");
+                let own = shape.value(at, Derivative::POSITION)?;
+                let own: Vec<String> = own.iter().map(|x| within(*x, size)).collect();
+                point.push(format!("[{}]", own.join(", ")));
+                places.push(place);
             }
         }
         let name = simulation.name_of(index)?;
@@ -288,7 +294,7 @@ fn ends(simulation: &Simulation, seen: &Frames) -> Result<Vec<String>, Operation
             (true, 0) => ", on a corner",
             (true, _) => ", on a knot, where what it holds is no more than continuous",
         };
-        lines.push(format!("\"{name}\" ends at {}, in [{point}]{corner}", told.join(" and ")));
+        lines.push(format!("\"{name}\" ends at {}, in {}{corner}", told.join(" and "), point.join(" and ")));
     }
     if more > 0 {
         lines.push(format!("… and {more} more that slide (with --json all)"));
