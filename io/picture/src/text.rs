@@ -223,7 +223,7 @@ mod tests {
         assert_eq!(clipped("section", 7), "section");
         assert_eq!(clipped("wing-section-root-17", 10), "wing-s…-17");
         let label = "double sliding near [0.0983, 0.25117] and [0.9017, 0.25117]";
-        assert_eq!(clipped(label, 48), "double sliding near [0.0983, …and [0.9017, 0.25117]");
+        assert_eq!(clipped(label, 48), "double sliding near [0.0983, …, 0.25117]");
         assert_eq!(clipped("123456789012345", 10), "123456…345");
     }
 }
