@@ -381,8 +381,13 @@ fn metric(parameters: &Parameters) -> Result<Metric, ParameterError> {
 pub(crate) fn step_report(op: &str, object: &str, report: &Report, unit: Unit) -> StepReport {
     let mut notes = report.notes.clone();
     if report.best_effort {
+        // What is not linear may be met by a shape that is farther away.
+        let why = match report.convergence {
+            Some(_) => "no shape near by was found that meets all constraints, and these",
+            None => "the constraints conflict and",
+        };
         notes.push(format!(
-            "best effort: the constraints conflict and are met in the least-squares sense only; missed: {}",
+            "best effort: {why} are met in the least-squares sense only; missed: {}",
             report.missed_in(unit).join(", ")
         ));
     }
