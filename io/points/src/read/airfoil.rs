@@ -17,6 +17,10 @@ pub(super) fn lednicer_counts(block: &Block) -> Option<(usize, usize)> {
     if matches!(block.gaps[..], [1, second] if second != 1 + upper) {
         return None;
     }
+    // And where nothing but the rows do: the one place at which x falls back to the leading edge.
+    if !are_surfaces(&rest[..upper], &rest[upper..]) && lednicer_blocks(block).is_some() {
+        return None;
+    }
     let apart = block.gaps.contains(&1) && block.gaps.contains(&(1 + upper));
     let outside = rest.iter().all(|p| p.x < first.x && p.y.abs() < first.y);
     (apart || outside).then_some((upper, lower))
@@ -24,8 +28,13 @@ pub(super) fn lednicer_counts(block: &Block) -> Option<(usize, usize)> {
 
 /// Two whole numbers in the first row, and the rows behind it.
 fn counts_and_rows(block: &Block) -> Option<((f64, f64), &[Point])> {
+    counts_of(block, 2.0)
+}
+
+/// The same of numbers that are so large at least.
+fn counts_of(block: &Block, least: f64) -> Option<((f64, f64), &[Point])> {
     let (first, rest) = block.points.split_first()?;
-    let whole = |x: f64| x >= 2.0 && x.fract() == 0.0;
+    let whole = |x: f64| x >= least && x.fract() == 0.0;
     (whole(first.x) && whole(first.y) && !rest.is_empty()).then_some(((first.x, first.y), rest))
 }
 
@@ -64,12 +73,18 @@ pub(super) fn wrong_counts(block: &Block) -> Option<(f64, f64, usize)> {
 /// The rows of the two surfaces of a file with a counts row that does not fit them: those between its blank lines, or up
 /// to where x falls back from the trailing edge to the leading edge.
 pub(super) fn lednicer_blocks(block: &Block) -> Option<(usize, usize)> {
-    let (_, rest) = counts_and_rows(block)?;
+    // Set apart by blank lines before two surfaces, no numbers are a point.
+    let least = if let [1, _] = block.gaps[..] { 0.0 } else { 2.0 };
+    let ((one, other), rest) = counts_of(block, least)?;
     let falls_back = || {
         let mut falls = (1..rest.len()).filter(|&k| rest[k].x < rest[k - 1].x);
         falls.next().filter(|_| falls.next().is_none())
     };
     let split = match block.gaps[..] {
+        [1, second] if one < 2.0 || other < 2.0 => {
+            let surfaces = rest.iter().all(is_unit) && rest.len() >= 6;
+            surfaces.then_some(second - 1)?
+        }
         [1, second] => wrong_counts(block).map(|_| second - 1)?,
         [1] => wrong_counts(block).and_then(|_| falls_back())?,
         // Nothing but the shape of all others says that the first row is none of them.

@@ -103,6 +103,8 @@ struct Scanner<'t> {
     blank: bool,
     /// Lines of text below rows: a heading, where rows follow, else footnotes; and why the first is no row.
     below: Vec<(usize, &'t [u8])>,
+    /// The first of them that is a footnote if no rows follow, and an error else; and why it is no row.
+    loose: Option<(usize, String)>,
     no_row: Option<(usize, String)>,
 }
 
@@ -128,6 +130,25 @@ fn is_text(line: &[u8], columns: &Columns) -> bool {
     words >= 1 && (numbers == 0 || numbers == 1 && (words >= 2 || !as_a_row))
 }
 
+/// Whether a line is meant as text that would be no heading, where no rows follow: it has a word of letters beside numbers, in another count of fields than rows have ("17 May 1998", "0.12 0.30 max
+/// thickness"), or is one field that is no number and no list of any ("---", "1987-03-12").
+fn is_footnote(line: &[u8], columns: &Columns) -> bool {
+    let is_word = |field: &[u8]| matches!(parse(field, true, &mut Signs::default()), Err(NumberFault::Word));
+    let spoken =
+        |field: &[u8]| is_word(field) && field.len() > 2 && field.iter().take(3).all(u8::is_ascii_alphabetic);
+    let mut fields = Separator::Blanks.fields(line);
+    let alone =
+        |field: &[u8]| is_word(field) && !field.iter().any(|b| b",;.".contains(b) || b.is_ascii_alphabetic());
+    match (fields.next(), fields.next()) {
+        (Some(field), None) => columns.count > 1 && alone(field),
+        // As many fields as rows have are a row of which some are wrong.
+        _ => {
+            columns.separator().fields(line).count() != columns.count
+                && Separator::Blanks.fields(line).any(spoken)
+        }
+    }
+}
+
 impl<'t> Scanner<'t> {
     fn line(&mut self, line: &'t [u8]) -> Result<(), String> {
         if line.is_empty() {
@@ -148,6 +169,18 @@ impl<'t> Scanner<'t> {
         if self.scan.columns.is_none() {
             return self.line_before_rows(line, before_comment(line));
         }
+        let blank = self.blank;
+        self.row_or_comment(line)?;
+        // What may be a footnote and no heading stood above rows.
+        if let Some((number, problem)) = self.loose.take() {
+            (self.number, self.blank) = (number, blank);
+            return Err(problem);
+        }
+        Ok(())
+    }
+
+    /// A row, perhaps with a comment behind it.
+    fn row_or_comment(&mut self, line: &'t [u8]) -> Result<(), String> {
         // Few rows have a comment behind them: it is looked for where a row is none as it stands.
         let signs = self.scan.signs;
         self.row(line).or_else(|problem| {
@@ -201,8 +234,12 @@ impl<'t> Scanner<'t> {
             return Err((here, problem));
         };
         let control = line.iter().any(|b| matches!(b, 0..=8 | 14..=31 | 127));
-        if control || !is_text(line, columns) || self.below.len() >= MOST_WORDS {
+        let text = is_text(line, columns);
+        if control || self.below.len() >= MOST_WORDS || !(text || is_footnote(line, columns)) {
             return Err((here, problem));
+        }
+        if !text {
+            self.loose.get_or_insert((here, problem.clone()));
         }
         self.check_headed()?;
         self.no_row.get_or_insert((here, problem));

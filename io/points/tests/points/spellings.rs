@@ -158,6 +158,31 @@ fn counts_that_contradict_the_blocks_give_way_to_them() {
     }
 }
 
+/// Counts that add up to the rows and part them elsewhere than where x falls back to the leading edge.
+#[test]
+fn counts_that_add_up_and_part_the_rows_wrongly_are_told() {
+    let side = |sign: f64, count: usize| -> Vec<String> {
+        let at = |k: usize| k as f64 / (count - 1) as f64;
+        (0..count).map(|k| format!("{} {}", at(k), sign * 0.1 * at(k) * (1.0 - at(k)))).collect()
+    };
+    for (upper, lower) in [(9, 9), (12, 7)] {
+        let rows = [side(1.0, upper), side(-1.0, lower)].concat().join("\n");
+        let right = read("a.dat", format!("FOIL\n{upper}. {lower}.\n{rows}\n")).unwrap();
+        let (one, other) = (upper + 1, lower - 1);
+        let (scene, report) = read("a.dat", format!("FOIL\n{one}. {other}.\n{rows}\n")).unwrap();
+        assert_eq!(coordinates(&scene), coordinates(&right.0));
+        let told =
+            format!("line 2 counts {one} and {other} rows, but {upper} and {lower} follow: these are taken");
+        assert!(report.notes.contains(&told), "{:?}", report.notes);
+        // Set apart by blank lines, counts of nothing, too.
+        let blocks = [side(1.0, upper).join("\n"), side(-1.0, lower).join("\n")].join("\n\n");
+        for counts in ["0. 0.", "1. 1.", "9. 0."] {
+            let (scene, report) = read("a.dat", format!("FOIL\n{counts}\n\n{blocks}\n")).unwrap();
+            assert_eq!(coordinates(&scene), coordinates(&right.0), "{counts}: {:?}", report.notes);
+        }
+    }
+}
+
 /// Footnotes of any beginning; a row of which one number is wrong is none.
 #[test]
 fn footnotes_may_begin_with_a_mark_or_a_number() {
@@ -183,6 +208,22 @@ fn footnotes_may_begin_with_a_mark_or_a_number() {
             assert_eq!(scene.objects()[0].geometry().points().len(), 3, "{file}: {note}");
             assert!(report.left_out.keys().any(|why| why.contains("text below the rows")), "{report:?}");
         }
+    }
+    for note in [
+        "17 May 1998",
+        "12 points 1987",
+        "3 4 sept 1987",
+        "0.12 0.30 max thickness",
+        "---",
+        "1987-03-12",
+        "12:30",
+    ] {
+        let (scene, report) = read("a.dat", format!("RAE\n1 0\n0 0.1\n1 0\n{note}\nmore\n")).unwrap();
+        assert_eq!(scene.objects()[0].geometry().points().len(), 3, "{note}");
+        assert!(report.left_out.keys().any(|why| why.contains("text below the rows")), "{report:?}");
+        // Above rows it is none.
+        let error = read("a.dat", format!("RAE\n1 0\n0 0.1\n{note}\n1 0\n0 0\n")).unwrap_err();
+        assert!(error.to_string().contains("line 4"), "{note}: {error}");
     }
     for (file, row) in [
         ("a.dat", "0.5 oops"),
