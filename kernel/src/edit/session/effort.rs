@@ -414,7 +414,7 @@ impl<S: Shape> Session<S> {
                 return Ok(());
             }
             if search.looks >= search.most {
-                return Err(self.not_least(search).into());
+                return if search.slope <= TAKEN { Ok(()) } else { Err(self.not_least(search).into()) };
             }
             let (step, promised) = self.newton(search, &here, &downhill.factors, &downhill.down, radius)?;
             search.steps += 1;
@@ -547,7 +547,7 @@ impl<S: Shape> Session<S> {
                 break;
             }
             if search.looks >= search.most {
-                return Err(self.not_least(search).into());
+                return if search.slope <= TAKEN { Ok(()) } else { Err(self.not_least(search).into()) };
             }
         }
         search.settled = true;
