@@ -97,7 +97,7 @@ impl Report {
     }
 
     /// Errors below this are rounding.
-    fn tolerance(&self) -> f64 {
+    pub(crate) fn tolerance(&self) -> f64 {
         1e-9 * self.constraints.iter().fold(self.residual, |m, c| m.max(c.residual))
     }
 }

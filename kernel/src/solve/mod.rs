@@ -306,9 +306,8 @@ pub enum SolveError {
     },
     /// Constraints that cannot all hold, whose least squares were not found.
     #[error(
-        "the least squares were not found after {iterations} iterations: what {beside} miss{} could still be less (the slope is {slope} of what it could be); ask for less at once",
-        if beside.contains(", ") { "" } else { "es" },
-        slope = short(*slope)
+        "the least squares were not found after {iterations} iterations: what {beside} miss{} could still be less, and looking on costs too much; ask for less at once",
+        if beside.contains(", ") { "" } else { "es" }
     )]
     NotLeast {
         /// Iterations made.

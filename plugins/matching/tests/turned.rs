@@ -96,6 +96,28 @@ fn a_lower_continuity_is_advised_as_it_works() {
     matched(&a, &b, fields);
 }
 
+/// Degree 7 in one piece with knots that are open outwards: bent as little as can be its control vertices go 1e15 times as far as it is large, where nothing
+/// of the surface is left in doubles. It is moved least instead, and that is said; who says bend is told.
+#[test]
+fn control_vertices_do_not_go_where_rounding_hides_the_surface() {
+    let cases: Value = serde_json::from_str(include_str!("golden/lost.json")).unwrap();
+    let (a, b) = (surface(&cases[0]["a"]), surface(&cases[0]["b"]));
+    let extent = |s: &Surface| s.points().iter().map(|p| (p - s.points()[0]).amax()).fold(0.0, f64::max);
+    let (after, notes) = tried(&a, &b, cases[0]["fields"].clone()).unwrap();
+    assert!(extent(&after) < 30.0 * extent(&a), "{} of {}", extent(&after), extent(&a));
+    assert!(notes.iter().any(|note| note.contains("moved as little as can be")), "{notes:?}");
+    let mut fields = cases[0]["fields"].clone();
+    fields["metric"] = "bend".into();
+    if let Ok((after, notes)) = tried(&a, &b, fields) {
+        let lost = extent(&after) > 30.0 * extent(&a);
+        assert_eq!(
+            lost,
+            notes.iter().any(|note| note.contains("control vertices lie many times")),
+            "{notes:?}"
+        );
+    }
+}
+
 /// Tubes of 1e9 with seams: one solver takes their equations for dependent, and that is no reason to give up.
 #[test]
 fn what_one_solver_cannot_another_does() {

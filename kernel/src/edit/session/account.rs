@@ -102,6 +102,16 @@ impl<S: Shape> Session<S> {
                 multipliers,
             });
         }
+        if report.best_effort {
+            // What is missed is neither said by the others nor only touched.
+            let rounding = report.tolerance();
+            let missed: Vec<String> = (self.problem.bound.iter().zip(&report.constraints))
+                .filter(|(_, told)| told.residual > rounding)
+                .map(|(bound, _)| bound.constraint.label())
+                .collect();
+            report.redundant.retain(|name| !missed.contains(name));
+            report.active.retain(|name| !missed.contains(name));
+        }
         if !self.solved && report.residual > 0.0 {
             report.notes.push("nothing has been solved for since it was asked".into());
         }

@@ -32,6 +32,9 @@ const STEPS: usize = 60;
 const PRODUCTS: usize = 400;
 const CREEPS: usize = 2000;
 const PAIRS: usize = 40;
+/// Where an event may take fewer looks than this, so many of the slower steps go first.
+const DEAR: usize = 20_000;
+const QUICK: usize = 150;
 /// The sum gets no less where so many steps have brought no more than this share of it.
 const PATIENCE: usize = 20;
 const STALLED: f64 = 1e-8;
@@ -405,6 +408,18 @@ impl<S: Shape> Session<S> {
         let mut here = self.linearize_at(&search.at)?;
         search.looks += 2;
         search.squares.weigh(here.assembly.system.rows());
+        // Where looks are dear, the way that needs few of them goes first: Newton's products take two each.
+        if search.most < DEAR {
+            self.creep(search, slight, QUICK)?;
+            if search.slope <= slight || search.looks >= search.most {
+                return if search.slope <= slight.max(TAKEN) {
+                    Ok(())
+                } else {
+                    Err(self.not_least(search).into())
+                };
+            }
+            here = self.linearize_at(&search.at)?;
+        }
         let mut downhill = Self::slope(search, &here)?;
         // Ten times as far as the stiffest row would send it, or a part of the way that it has come.
         let mut radius =
@@ -453,19 +468,27 @@ impl<S: Shape> Session<S> {
         if slight > LEAST || search.slope <= TAKEN {
             return Ok(());
         }
-        self.creep(search)
+        self.creep(search, LEAST, CREEPS)?;
+        if search.slope <= LEAST {
+            return Ok(());
+        }
+        if search.looks >= search.most && search.slope > TAKEN {
+            return Err(self.not_least(search).into());
+        }
+        search.settled = true;
+        Ok(())
     }
 
     /// The same where the sum has no second derivatives (where a piece of a curve has shrunk to a point, its length has none), by the
     /// limited-memory method of Broyden, Fletcher, Goldfarb and Shanno with weak Wolfe steps, which arrives there all the same (Lewis and
-    /// Overton 2013): until the sum gets no less.
-    fn creep(&mut self, search: &mut Search) -> Result<(), EditError> {
+    /// Overton 2013): until the slope is `slight` or the sum gets no less, in at most so many steps.
+    fn creep(&mut self, search: &mut Search, slight: f64, steps: usize) -> Result<(), EditError> {
         let here = self.linearize_at(&search.at)?;
         let mut downhill = Self::slope(search, &here)?;
         let mut memory: Vec<(Place, Vec<f64>, f64)> = Vec::new();
         let mut values = vec![downhill.value];
-        for _ in 0..CREEPS {
-            if search.slope <= LEAST {
+        for _ in 0..steps {
+            if search.slope <= slight || search.looks >= search.most {
                 return Ok(());
             }
             // H ∇ by two loops (Nocedal 1980), with γ W⁻¹ in the middle.
@@ -546,11 +569,7 @@ impl<S: Shape> Session<S> {
             {
                 break;
             }
-            if search.looks >= search.most {
-                return if search.slope <= TAKEN { Ok(()) } else { Err(self.not_least(search).into()) };
-            }
         }
-        search.settled = true;
         Ok(())
     }
 

@@ -12,6 +12,8 @@ const PLACES: usize = 48;
 const OF_A_PIECE: [usize; 2] = [3, 16];
 /// What goes more than so many times as far as it has to, at the edge, or as it does another way, goes far.
 const FAR: f64 = 1.5;
+/// Control vertices this many times as far apart as they were are lost.
+const LOST: f64 = 30.0;
 /// What goes no farther than this, of the edge's size, never does.
 const NEAR: f64 = 0.01;
 
@@ -28,6 +30,8 @@ pub(super) struct Changed {
     pub(super) share: f64,
     /// What is no distance to speak of.
     near: f64,
+    /// Whether control vertices have gone where rounding hides the surface from them.
+    lost: bool,
 }
 
 impl Changed {
@@ -56,7 +60,13 @@ impl Changed {
         };
         let looks = [look(before)?, look(after)?];
         let counts = [places.len(), depths.len()];
-        let mut found = Self { moved: 0.0, edge: 0.0, fold: None, share: 0.0, near: NEAR * size };
+        let extent = |surface: &Surface| {
+            let points = surface.points();
+            points.iter().map(|p| (p - points[0]).amax()).fold(0.0, f64::max)
+        };
+        // Those of knots that are open outwards may have next to no say in the surface: bending does not see them.
+        let lost = extent(after) > LOST * extent(before);
+        let mut found = Self { moved: 0.0, edge: 0.0, fold: None, share: 0.0, near: NEAR * size, lost };
         let edge = Foot::new(before.isocurve(across, depths[0])?)?;
         for (k, (old, new)) in looks[0].iter().zip(&looks[1]).enumerate() {
             let (t, s) = (places[k / counts[1]], depths[k % counts[1]]);
@@ -115,7 +125,17 @@ impl Changed {
 
     /// Whether it folds nowhere and nothing of it goes much farther than the edge has to.
     pub(super) fn is_plain(&self) -> bool {
-        self.fold.is_none() && !self.goes_far()
+        self.fold.is_none() && !self.goes_far() && !self.lost
+    }
+
+    /// Whether it is neither folded nor lost.
+    pub(super) fn is_whole(&self) -> bool {
+        self.fold.is_none() && !self.lost
+    }
+
+    /// Whether control vertices have gone many times as far as the surface is large.
+    pub(super) fn is_lost(&self) -> bool {
+        self.lost
     }
 
     /// Whether something of it goes much farther than the edge has to.
@@ -125,6 +145,9 @@ impl Changed {
 
     /// Whether another way is better: it folds nowhere, and this one does, or goes much farther; or much less of it folds.
     pub(super) fn is_worse_than(&self, other: &Self) -> bool {
+        if self.lost != other.lost {
+            return self.lost;
+        }
         match (self.fold, other.fold) {
             (None, None) => self.moved > self.near.max(FAR * other.moved),
             (Some(_), None) => true,

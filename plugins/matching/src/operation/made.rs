@@ -146,6 +146,11 @@ impl Made {
             };
             notes.push(format!("{far}: {more}"));
         }
+        if self.changed.is_lost() {
+            notes.push(
+                "control vertices lie many times as far away as the surface is large, as its knots are open outwards: give it clamped knots first, or say metric = \"least\"".to_owned(),
+            );
+        }
         if let Some([u, v]) = self.changed.fold {
             let (u, v) = (figure(u), figure(v));
             let share = match self.changed.share {

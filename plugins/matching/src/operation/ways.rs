@@ -37,7 +37,11 @@ impl Asked {
         let (why, mut best) = match first {
             Ok(made) if self.measured || made.changed.is_plain() => return Ok(Ok(made)),
             Ok(made) => {
-                let why = made.changed.fold.map_or(Instead::Farther(made.changed.moved), Instead::FoldsAt);
+                let why = match made.changed.fold {
+                    _ if made.changed.is_lost() => Instead::Unmeasured,
+                    Some(at) => Instead::FoldsAt(at),
+                    None => Instead::Farther(made.changed.moved),
+                };
                 (why, Ok(made))
             }
             Err(refused) if refused.folds() => (Instead::Folds, Err(refused)),
@@ -66,7 +70,7 @@ impl Asked {
                 // Whoever asked may have had enough; all else says no more than what came of the first.
                 _ => context.observer.proceed(work.called, 0, 0)?,
             }
-            if best.as_ref().is_ok_and(|best| best.changed.fold.is_none()) {
+            if best.as_ref().is_ok_and(|best| best.changed.is_whole()) {
                 break;
             }
         }
