@@ -47,7 +47,7 @@ impl Error {
 /// What was found of one condition.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Measured {
-    /// The largest error of its equations, whatever is allowed for each: of the three of a vector its length.
+    /// The largest error of its equations, whatever is allowed for each: of the three of a vector, or the two or three of one thing, their length.
     pub error: f64,
     /// The equation that is worst beside what is allowed for it.
     pub worst: Error,
@@ -160,7 +160,7 @@ fn equations(
             keep(error, Error { error, allowed: own + unit * (sum + target.abs()) });
         }
     };
-    let mut equation = 0;
+    let (mut equation, mut coupled) = (0, 0);
     for block in store.equations() {
         match block {
             Equation::Alike { vertices, coefficients, .. } => {
@@ -187,9 +187,15 @@ fn equations(
             Equation::Coupled { vertices, vectors, .. } => {
                 let sum: f64 = vertices.iter().zip(vectors).map(|(&v, a)| a.lp_norm(1) * size(v)).sum();
                 look(equation, sum, &mut keep);
-                equation += 1;
+                (equation, coupled) = (equation + 1, coupled + 1);
             }
         }
+    }
+    // The two or three numbers of one thing (how far a derivative is beside a direction) are told as one length, too.
+    let of_one = coupled == count && (2..=3).contains(&count) && own == 0.0;
+    if of_one && sense == Sense::Equal && (0..count).all(asked) {
+        let off = target.iter().zip(&value).map(|(target, value)| target - value);
+        keep(off.fold(0.0, f64::hypot), Error::default());
     }
     Ok((largest, worst))
 }
