@@ -386,8 +386,15 @@ pub(crate) fn step_report(op: &str, object: &str, report: &Report, unit: Unit) -
             Some(_) => "no shape near by was found that meets all constraints, and these",
             None => "the constraints conflict and",
         };
+        // What is left of the slope where looking on would cost too much.
+        let rough = match &report.convergence {
+            Some(found) if found.change > 1e-5 => {
+                " (a little less may be possible: looking on would cost too much)"
+            }
+            _ => "",
+        };
         notes.push(format!(
-            "best effort: {why} are met in the least-squares sense only; missed: {}",
+            "best effort: {why} are met in the least-squares sense only; missed: {}{rough}",
             report.missed_in(unit).join(", ")
         ));
     }

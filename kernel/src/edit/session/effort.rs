@@ -35,6 +35,10 @@ const PAIRS: usize = 40;
 /// Where an event may take fewer looks than this, so many of the slower steps go first.
 const DEAR: usize = 20_000;
 const QUICK: usize = 150;
+/// And so many of the shares are followed: what the adjustment has left then is taken out by measuring it from the last place.
+const DEAR_SHARES: usize = 2;
+/// Where looks are spent, a slope of this is taken: the report says that less may be missed.
+const ROUGH: f64 = 1e-3;
 /// The sum gets no less where so many steps have brought no more than this share of it.
 const PATIENCE: usize = 20;
 const STALLED: f64 = 1e-8;
@@ -325,7 +329,7 @@ impl<S: Shape> Session<S> {
             }
             self.descend_squares(&mut search, LEAST)?;
         }
-        if !(search.slope <= TAKEN || search.settled) {
+        if !(search.is_enough() || search.settled) {
             return Err(self.not_least(&search).into());
         }
         self.hand_out(search)
@@ -363,9 +367,10 @@ impl<S: Shape> Session<S> {
 
     /// From the shapes as they were along shares that get smaller.
     fn follow(&mut self, search: &mut Search) -> Result<(), EditError> {
-        for (step, share) in SHARES.into_iter().enumerate() {
-            search.squares.share = share;
-            self.descend_squares(search, if step + 1 < SHARES.len() { FOLLOWED } else { LEAST })?;
+        let shares = if search.most < DEAR { &SHARES[..DEAR_SHARES] } else { &SHARES[..] };
+        for (step, share) in shares.iter().enumerate() {
+            search.squares.share = *share;
+            self.descend_squares(search, if step + 1 < shares.len() { FOLLOWED } else { LEAST })?;
         }
         Ok(())
     }
@@ -412,11 +417,8 @@ impl<S: Shape> Session<S> {
         if search.most < DEAR {
             self.creep(search, slight, QUICK)?;
             if search.slope <= slight || search.looks >= search.most {
-                return if search.slope <= slight.max(TAKEN) {
-                    Ok(())
-                } else {
-                    Err(self.not_least(search).into())
-                };
+                let done = search.slope <= slight || search.is_enough();
+                return if done { Ok(()) } else { Err(self.not_least(search).into()) };
             }
             here = self.linearize_at(&search.at)?;
         }
@@ -429,7 +431,7 @@ impl<S: Shape> Session<S> {
                 return Ok(());
             }
             if search.looks >= search.most {
-                return if search.slope <= TAKEN { Ok(()) } else { Err(self.not_least(search).into()) };
+                return if search.is_enough() { Ok(()) } else { Err(self.not_least(search).into()) };
             }
             let (step, promised) = self.newton(search, &here, &downhill.factors, &downhill.down, radius)?;
             search.steps += 1;
@@ -472,7 +474,7 @@ impl<S: Shape> Session<S> {
         if search.slope <= LEAST {
             return Ok(());
         }
-        if search.looks >= search.most && search.slope > TAKEN {
+        if search.looks >= search.most && !search.is_enough() {
             return Err(self.not_least(search).into());
         }
         search.settled = true;
@@ -756,6 +758,11 @@ impl<S: Shape> Session<S> {
 }
 
 impl Search {
+    /// Whether the slope that is left is little enough, or as little as looks allowed.
+    fn is_enough(&self) -> bool {
+        self.slope <= if self.looks >= self.most { ROUGH } else { TAKEN }
+    }
+
     /// Corrects the multipliers of bounds by what these miss, and says by how much they do (touched ones, on either side).
     fn pull_bounds(&mut self, rhs: &[f64]) -> f64 {
         let mut moved = 0.0_f64;
