@@ -1095,7 +1095,9 @@ fn isocurve(walk: &mut Walk<'_>) -> Outcome {
     };
     let after = match walk.run(&[("s", "surface", &surface)], op, fields) {
         // What is closed there has no edge.
-        Err(problem) if edge && problem.contains("there is no edge") => return Ok(()),
+        Err(problem) if edge && (problem.contains("there is no edge") || problem.contains("has no edge")) => {
+            return Ok(());
+        }
         other => other?,
     };
     let curve = object(&after, "c")["curve"].clone();
@@ -1150,7 +1152,9 @@ fn matched(walk: &mut Walk<'_>) -> Outcome {
     let both = [("s", "surface", &moving), ("t", "surface", &still)];
     let after = match walk.run(&both, "match", fields) {
         // What is closed there has no edge.
-        Err(problem) if problem.contains("there is no edge") => return Ok(()),
+        Err(problem) if (problem.contains("there is no edge") || problem.contains("has no edge")) => {
+            return Ok(());
+        }
         other => other?,
     };
     let (moved, stood) = (&object(&after, "s")["surface"], &object(&after, "t")["surface"]);

@@ -32,11 +32,6 @@ const STEPS: usize = 60;
 const PRODUCTS: usize = 400;
 const CREEPS: usize = 2000;
 const PAIRS: usize = 40;
-/// Where an event may take fewer looks than this, so many of the slower steps go first.
-const DEAR: usize = 20_000;
-const QUICK: usize = 150;
-/// And so many of the shares are followed: what the adjustment has left then is taken out by measuring it from the last place.
-const DEAR_SHARES: usize = 2;
 /// Where looks are spent, a slope of this is taken: the report says that less may be missed.
 const ROUGH: f64 = 1e-3;
 /// The sum gets no less where so many steps have brought no more than this share of it.
@@ -367,10 +362,9 @@ impl<S: Shape> Session<S> {
 
     /// From the shapes as they were along shares that get smaller.
     fn follow(&mut self, search: &mut Search) -> Result<(), EditError> {
-        let shares = if search.most < DEAR { &SHARES[..DEAR_SHARES] } else { &SHARES[..] };
-        for (step, share) in shares.iter().enumerate() {
-            search.squares.share = *share;
-            self.descend_squares(search, if step + 1 < shares.len() { FOLLOWED } else { LEAST })?;
+        for (step, share) in SHARES.into_iter().enumerate() {
+            search.squares.share = share;
+            self.descend_squares(search, if step + 1 < SHARES.len() { FOLLOWED } else { LEAST })?;
         }
         Ok(())
     }
@@ -413,15 +407,6 @@ impl<S: Shape> Session<S> {
         let mut here = self.linearize_at(&search.at)?;
         search.looks += 2;
         search.squares.weigh(here.assembly.system.rows());
-        // Where looks are dear, the way that needs few of them goes first: Newton's products take two each.
-        if search.most < DEAR {
-            self.creep(search, slight, QUICK)?;
-            if search.slope <= slight || search.looks >= search.most {
-                let done = search.slope <= slight || search.is_enough();
-                return if done { Ok(()) } else { Err(self.not_least(search).into()) };
-            }
-            here = self.linearize_at(&search.at)?;
-        }
         let mut downhill = Self::slope(search, &here)?;
         // Ten times as far as the stiffest row would send it, or a part of the way that it has come.
         let mut radius =
@@ -470,7 +455,7 @@ impl<S: Shape> Session<S> {
         if slight > LEAST || search.slope <= TAKEN {
             return Ok(());
         }
-        self.creep(search, LEAST, CREEPS)?;
+        self.creep(search)?;
         if search.slope <= LEAST {
             return Ok(());
         }
@@ -483,14 +468,14 @@ impl<S: Shape> Session<S> {
 
     /// The same where the sum has no second derivatives (where a piece of a curve has shrunk to a point, its length has none), by the
     /// limited-memory method of Broyden, Fletcher, Goldfarb and Shanno with weak Wolfe steps, which arrives there all the same (Lewis and
-    /// Overton 2013): until the slope is `slight` or the sum gets no less, in at most so many steps.
-    fn creep(&mut self, search: &mut Search, slight: f64, steps: usize) -> Result<(), EditError> {
+    /// Overton 2013): until the slope is none or the sum gets no less.
+    fn creep(&mut self, search: &mut Search) -> Result<(), EditError> {
         let here = self.linearize_at(&search.at)?;
         let mut downhill = Self::slope(search, &here)?;
         let mut memory: Vec<(Place, Vec<f64>, f64)> = Vec::new();
         let mut values = vec![downhill.value];
-        for _ in 0..steps {
-            if search.slope <= slight || search.looks >= search.most {
+        for _ in 0..CREEPS {
+            if search.slope <= LEAST || search.looks >= search.most {
                 return Ok(());
             }
             // H ∇ by two loops (Nocedal 1980), with γ W⁻¹ in the middle.
