@@ -6,9 +6,8 @@ use loftsman_kernel::mesh::{Mesh, NONE};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Error, Point, Result, Vector};
 
-use crate::beside::{Between, Corner, Splits, Taken, off};
+use crate::beside::{Between, BorderSide, Corner, Splits, off};
 use crate::distinct::Distinct;
-use crate::edge::Border;
 use crate::fineness::Frame;
 use crate::normals::normal;
 use crate::patch::Patches;
@@ -99,17 +98,6 @@ impl Numbers {
 
 /// The corners at which each side starts and ends, its direction being its parameter's.
 const ENDS: [[usize; 2]; 4] = [[0, 1], [1, 2], [3, 2], [0, 3]];
-
-/// An edge of the surface: that side of that patch.
-pub(crate) struct BorderSide {
-    pub(crate) edge: usize,
-    pub(crate) patch: usize,
-    pub(crate) side: usize,
-    /// The edge in each state.
-    pub(crate) states: Vec<Border>,
-    /// What it takes from beside.
-    pub(crate) taken: Taken,
-}
 
 /// The layers while they grow: distinct values of each point, and which of them each corner has.
 struct Corners {

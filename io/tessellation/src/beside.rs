@@ -5,7 +5,18 @@ use std::collections::HashMap;
 use loftsman_kernel::plugin::Beside;
 use loftsman_kernel::{Point, Vector};
 
-use crate::assemble::BorderSide;
+use crate::edge::Border;
+
+/// An edge of the surface: that side of that patch.
+pub(crate) struct BorderSide {
+    pub(crate) edge: usize,
+    pub(crate) patch: usize,
+    pub(crate) side: usize,
+    /// The edge in each state.
+    pub(crate) states: Vec<Border>,
+    /// What it takes from beside.
+    pub(crate) taken: Taken,
+}
 
 /// What a piece of the border takes from beside.
 #[derive(Debug, Clone, Default)]

@@ -6,8 +6,8 @@ use loftsman_kernel::plugin::{Beside, Chord, Fineness, MovingMesh, Tessellated};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Error, Point, Result, Vector};
 
-use crate::assemble::{Assembled, BorderSide, assemble};
-use crate::beside::{self, Taken};
+use crate::assemble::{Assembled, assemble};
+use crate::beside::{self, BorderSide, Taken};
 use crate::edge::{Border, SHARE};
 use crate::fineness::{Target, over_budget, targets};
 use crate::patch::{Patch, project};
