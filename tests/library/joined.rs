@@ -138,7 +138,7 @@ fn sides_of_other_knots_and_degrees_close() {
                 let (error, tolerance) = (written.error.unwrap(), written.tolerance.unwrap());
                 assert!(error <= tolerance * (1.0 + 1e-9), "{written:?}");
             }
-            let meshes = triangles(&registry, name, out);
+            let meshes = triangles(registry, name, out);
             // Points are one to a hundred thousandth: single precision keeps a millionth.
             let mut known: Vec<Point> = Vec::new();
             let mut one = |p: Point| {
