@@ -150,6 +150,36 @@ fn places_are_pointed_at_wherever_parameters_stand() {
     }
 }
 
+/// An interval of a closed curve does not run over its seam; what is told of that, done, works.
+#[test]
+fn an_interval_over_a_seam_is_told_how_it_can_be() {
+    let bench = LOFTSMAN.bench();
+    let circle = json!({ "op": "circle", "radius": 1, "name": "c" });
+    let edit = |within: [f64; 2], at: f64| {
+        json!({ "op": "edit", "object": "c", "within": within,
+            "constraints": [{ "kind": "position", "at": at, "by": [0.1, 0.1, 0] }] })
+    };
+    for (within, at) in [([6.0, 0.5], 0.1), ([6.0, 6.7], 6.5)] {
+        bench.write(
+            "r.json",
+            json!({ "output": "o.loft.json", "step": [circle, edit(within, at)] }).to_string(),
+        );
+        bench.fails(
+            &["run", "r.json"],
+            1,
+            &["simplify with periodic = true, then split where it is to begin"],
+        );
+    }
+    let begin = [
+        json!({ "op": "simplify", "object": "c", "periodic": true }),
+        json!({ "op": "split", "object": "c", "at": 3.0 }),
+    ];
+    let [first, second] = begin;
+    let steps = json!([circle, first, second, edit([6.0, 6.7], 6.5)]);
+    bench.write("r.json", json!({ "output": "o.loft.json", "step": steps }).to_string());
+    bench.done(&["run", "r.json"]);
+}
+
 /// The unit of a recipe without an input is that of the numbers that it gives, whatever goes out: a format that fixes its unit gets them
 /// converted. Who asks for numbers in another unit gets them, and is told how others take them.
 #[test]

@@ -89,8 +89,8 @@ impl Border {
 
     /// The fraction of a point on the edge, or within `near` of it; `None` where it is not.
     ///
-    /// Halves whose control points' box is further away are left out, so that no other place can be nearer; the last is polished by Newton's
-    /// steps on `(C(t) - x) · C'(t) = 0`. `O(p² log 1 / near)`.
+    /// Halves whose control points' box is further away are left out, so that no other place can be nearer; the last is polished by Gauss and Newton's
+    /// steps on `|C(t) - x|`, the slope by differences. `O(p² log 1 / near)`.
     pub(crate) fn foot(&self, point: Point, near: f64) -> Option<f64> {
         let x = point.coords;
         let within = |net: &[Homogeneous]| {

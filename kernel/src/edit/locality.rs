@@ -119,7 +119,7 @@ pub(super) fn localise_beside(
     let at = |u: f64| curve.value(Location::Curve(u), Derivative::POSITION);
     let size = || curve.control_vertices().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
     let closes = || at(a).ok().zip(at(b).ok()).is_some_and(|(p, q)| (p - q).norm() <= 1e-9 * size());
-    let over_seam = "the curve closes: over its seam, have it begin elsewhere first (operation split, then join the pieces)";
+    let over_seam = "the curve closes: over its seam, have it begin elsewhere first (operation simplify with periodic = true, then split where it is to begin)";
     if end < start {
         let what = if closes() { over_seam } else { "its ends are the wrong way round, exchange them" };
         return Err(Error::Invalid(format!("the interval [{start}, {end}] runs backwards: {what}")));

@@ -1,16 +1,14 @@
 //! Which surfaces of a scene are joined by common edges, and how large what they make together is.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
-
-use nalgebra::Matrix4;
 
 use crate::Point;
 use crate::error::Result;
-use crate::scene::placement::transform_point;
 use crate::scene::{Geometry, Scene};
-use crate::shape::Shape;
+use crate::shape::{Location, Shape};
 use crate::spline::{Curve, Direction, Surface};
-use crate::topology::{Groups, SAMPLES};
+use crate::topology::{CommonEdges, Groups, SAMPLES};
 
 /// Edges are one where they are nearer than this part of the scene's size.
 const NEAR: f64 = 1e-9;
@@ -44,8 +42,16 @@ impl Scene {
         let world = self.world_transforms()?;
         let mut nets: Vec<(usize, Samples)> = Vec::new();
         for (index, (object, map)) in self.objects().iter().zip(&world).enumerate() {
-            if let Geometry::Surface(surface) = object.geometry() {
-                nets.extend(Samples::of(surface, map.as_ref()).map(|net| (index, net)));
+            let placed = match map {
+                Some(map) if matches!(object.geometry(), Geometry::Surface(_)) => {
+                    // What overflows hangs together with nothing.
+                    let Ok(placed) = object.geometry().transformed(map) else { continue };
+                    Cow::Owned(placed)
+                }
+                _ => Cow::Borrowed(object.geometry()),
+            };
+            if let Geometry::Surface(surface) = &*placed {
+                nets.extend(Samples::of(surface).map(|net| (index, net)));
             }
         }
         let mut answer = vec![None; self.objects().len()];
@@ -150,34 +156,28 @@ struct Samples {
 
 impl Samples {
     /// `None` where a point is not finite.
-    fn of(surface: &Surface, place: Option<&Matrix4<f64>>) -> Option<Self> {
+    fn of(surface: &Surface) -> Option<Self> {
         let at = |(a, b): (f64, f64), i: usize| {
             if i + 1 == SAMPLES { b } else { a + (b - a) * (i as f64 / (SAMPLES - 1) as f64) }
         };
-        let point = |u: f64, v: f64| -> Option<Point> {
-            let point = surface.point(u, v).ok()?;
-            let placed = place.map_or(point, |map| transform_point(map, &point));
-            Some(placed).filter(|p| p.iter().all(|c| c.is_finite()))
+        let point = |at: Location| -> Option<Point> {
+            let (u, v) = at.on_surface().ok()?;
+            surface.point(u, v).ok().filter(|p| p.iter().all(|c| c.is_finite()))
         };
         let (u, v) = (surface.u().domain(), surface.v().domain());
         let mut points = Vec::with_capacity(SAMPLES * SAMPLES);
         for i in 0..SAMPLES {
             for j in 0..SAMPLES {
-                points.push(point(at(u, i), at(v, j))?);
+                points.push(point(Location::Surface(at(u, i), at(v, j)))?);
             }
         }
-        let edges = surface.edges()?.iter().map(|edge| {
+        let edges = surface.edges()?;
+        let sampled = CommonEdges::sampled(edges, &point)?;
+        let edges = edges.iter().zip(sampled).map(|(edge, points)| {
             let direction = if edge.along_u { Direction::V } else { Direction::U };
             let curve = surface.isocurve(direction, edge.fixed).ok()?;
-            let placed = match place {
-                None => curve,
-                Some(map) => {
-                    let moved = curve.points().iter().map(|p| transform_point(map, p)).collect();
-                    let (space, _, weights) = curve.into_parts();
-                    Curve::build(space, moved, weights).ok()?
-                }
-            };
-            Sampled::of(placed)
+            let (low, high) = curve.hull_bounds();
+            Some(Sampled { curve, points, low, high })
         });
         Some(Self { edges: edges.collect::<Option<_>>()?, points })
     }
@@ -198,18 +198,6 @@ struct Sampled {
 }
 
 impl Sampled {
-    fn of(curve: Curve) -> Option<Self> {
-        let (start, end) = curve.domain();
-        let mut points = [Point::origin(); SAMPLES];
-        for (i, place) in points.iter_mut().enumerate() {
-            let share = i as f64 / (SAMPLES - 1) as f64;
-            let t = if i + 1 == SAMPLES { end } else { start + (end - start) * share };
-            *place = curve.point(t).ok().filter(|p| p.iter().all(|c| c.is_finite()))?;
-        }
-        let (low, high) = curve.hull_bounds();
-        Some(Self { curve, points, low, high })
-    }
-
     /// Whether it is a pole, which is nobody's edge.
     fn is_point(&self, near: f64) -> bool {
         self.points.iter().all(|p| (p - self.points[0]).norm() <= near)
@@ -241,10 +229,7 @@ impl Sampled {
     /// Whether two edges that are run through alike, or one `backward`, are cut into the same pieces with the same control vertices.
     fn is_alike(&self, other: &Self, backward: bool, near: f64) -> bool {
         let (a, b) = (self.curve.space(), other.curve.space());
-        if a.degree() != b.degree()
-            || a.is_periodic() != b.is_periodic()
-            || self.points.len() != other.points.len()
-        {
+        if a.degree() != b.degree() || a.is_periodic() != b.is_periodic() {
             return false;
         }
         let shares = |curve: &Curve, backward: bool| -> Vec<f64> {
@@ -302,7 +287,7 @@ mod tests {
         assert_eq!((found.beside, found.as_points), (vec![1], false));
         // What a transform brings there is there.
         scene.object_mut("corner").unwrap().transform =
-            Some(Matrix4::new_translation(&crate::Vector::new(0.0, -1.0, 0.0)));
+            Some(nalgebra::Matrix4::new_translation(&crate::Vector::new(0.0, -1.0, 0.0)));
         assert_eq!(diagonals(&scene), [Some(10_f64.sqrt()); 3]);
     }
 

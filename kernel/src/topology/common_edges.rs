@@ -1,7 +1,6 @@
 //! Who has an edge in common with whom, edges compared at some of their points.
 
-use std::collections::BTreeMap;
-
+use super::Nearby;
 use crate::shape::{Edges, Location};
 use crate::{Point, Vector};
 
@@ -11,16 +10,15 @@ pub const SAMPLES: usize = 9;
 /// Edges met so far, by where their middles lie, and who hangs together by them.
 #[derive(Debug)]
 pub struct CommonEdges {
-    low: Point,
     near: f64,
-    places: BTreeMap<[i64; 3], Vec<(usize, [Point; SAMPLES])>>,
+    places: Nearby<(usize, [Point; SAMPLES])>,
     groups: Groups,
 }
 
 impl CommonEdges {
     /// For so many owners of edges, which are one where their points are within `near` of one another; `low` is below them all.
     pub fn new(owners: usize, low: Point, near: f64) -> Self {
-        Self { low, near, places: BTreeMap::new(), groups: Groups::new(owners) }
+        Self { near, places: Nearby::new(low, near), groups: Groups::new(owners) }
     }
 
     /// The edges of a shape at [`SAMPLES`] evenly spaced parameters each, by `point`; `None` where a point cannot be had.
@@ -57,24 +55,19 @@ impl CommonEdges {
     /// Whose edge this one is too; kept where it is new.
     fn meet(&mut self, owner: usize, edge: [Point; SAMPLES]) -> Option<usize> {
         let near = self.near;
-        let together = |a: &Point, b: &Point| (a - b).norm() <= near;
-        if edge.iter().all(|p| together(p, &edge[0])) {
+        let together = |(a, b): (&Point, &Point)| (a - b).norm() <= near;
+        if edge.iter().all(|p| together((p, &edge[0]))) {
             return None;
         }
-        let middle = edge.iter().map(|p| p - self.low).sum::<Vector>() / SAMPLES as f64;
-        let cell = |shift: f64| [0, 1, 2].map(|axis| ((middle[axis] + shift) / (16.0 * near)).floor() as i64);
-        let (below, above) = (cell(-near), cell(near));
-        for corner in 0..8 {
-            let key = [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { below[axis] } else { above[axis] });
-            for (other, known) in self.places.get(&key).into_iter().flatten() {
-                let same = known.iter().zip(&edge).all(|(a, b)| together(a, b))
-                    || known.iter().rev().zip(&edge).all(|(a, b)| together(a, b));
-                if same {
-                    return Some(*other);
-                }
-            }
+        let first = edge[0];
+        let middle = first + edge.iter().map(|p| p - first).sum::<Vector>() / SAMPLES as f64;
+        let same = |(_, known): &(usize, [Point; SAMPLES])| {
+            known.iter().zip(&edge).all(together) || known.iter().rev().zip(&edge).all(together)
+        };
+        if let Some((other, _)) = self.places.find(&middle, same) {
+            return Some(*other);
         }
-        self.places.entry(cell(0.0)).or_default().push((owner, edge));
+        self.places.put(&middle, (owner, edge));
         None
     }
 }

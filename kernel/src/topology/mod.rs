@@ -11,6 +11,7 @@
 
 mod common_edges;
 mod edge_curve;
+mod nearby;
 pub(crate) mod pair;
 mod shell;
 pub(crate) mod side;
@@ -18,6 +19,7 @@ pub(crate) mod side;
 pub(crate) use common_edges::Groups;
 pub use common_edges::{CommonEdges, SAMPLES};
 pub use edge_curve::{EdgeCurve, Match, coincide};
+pub(crate) use nearby::Nearby;
 pub use shell::{Member, Shell, Tie};
 pub(crate) use {pair::Pair, side::SurfaceEdge};
 

@@ -126,5 +126,5 @@ fn how_far_it_goes_is_told_from_the_sheet_that_was() {
         };
         (0..201 * 201).map(far).fold(0.0, f64::max)
     });
-    assert!((told - far / near).abs() < 0.05 * told, "{told}, found {far} and {near}: {note}");
+    assert!((told - far / near).abs() < 0.02 * told, "{told}, found {far} and {near}: {note}");
 }

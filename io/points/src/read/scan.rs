@@ -73,12 +73,14 @@ impl Scan {
             }
             scanner.number = number;
             let blank = scanner.blank;
-            if let Err(problem) = scanner.line(line) {
-                scanner.blank = blank;
-                scanner
-                    .text_below(line, problem)
-                    .map_err(|(line, problem)| FormatError::new(Place::Line(line), problem))?;
-            }
+            let taken = match scanner.line(line) {
+                Ok(()) => scanner.check_footnotes(),
+                Err(problem) => {
+                    scanner.blank = blank;
+                    scanner.text_below(line, problem)
+                }
+            };
+            taken.map_err(|(line, problem)| FormatError::new(Place::Line(line), problem))?;
         }
         scanner.finish()
     }
@@ -169,18 +171,6 @@ impl<'t> Scanner<'t> {
         if self.scan.columns.is_none() {
             return self.line_before_rows(line, before_comment(line));
         }
-        let blank = self.blank;
-        self.row_or_comment(line)?;
-        // What may be a footnote and no heading stood above rows.
-        if let Some((number, problem)) = self.loose.take() {
-            (self.number, self.blank) = (number, blank);
-            return Err(problem);
-        }
-        Ok(())
-    }
-
-    /// A row, perhaps with a comment behind it.
-    fn row_or_comment(&mut self, line: &'t [u8]) -> Result<(), String> {
         // Few rows have a comment behind them: it is looked for where a row is none as it stands.
         let signs = self.scan.signs;
         self.row(line).or_else(|problem| {
@@ -245,6 +235,14 @@ impl<'t> Scanner<'t> {
         self.no_row.get_or_insert((here, problem));
         self.below.push((here, line));
         Ok(())
+    }
+
+    /// What may be a footnote and is no heading does not stand above rows, of which one has just come.
+    fn check_footnotes(&mut self) -> Result<(), (usize, String)> {
+        match self.loose.take_if(|_| self.below.is_empty()) {
+            Some(wrong) => Err(wrong),
+            None => Ok(()),
+        }
     }
 
     /// A heading stands over two rows at least: else it is a row that is wrong.

@@ -1,6 +1,6 @@
 //! How finely each object of a scene is cut on its way out, and at which points on its border, so that what hangs together still does.
 
-use std::collections::HashMap;
+use std::borrow::Cow;
 
 use nalgebra::Matrix4;
 
@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::scene::placement::transform_point;
 use crate::scene::{Geometry, Joined, Scene, similarity};
 use crate::tessellator::{Beside, Chord, Fineness, Tessellator};
+use crate::topology::Nearby;
 
 /// How finely the objects of a scene are cut: of surfaces that hang together relative to all of them, so that they still do.
 #[derive(Debug)]
@@ -86,49 +87,38 @@ impl Cuts {
 
     /// For each object the points on its border, and on those of what it is beside. Points that are near one another are one, the first.
     fn borders(&self, scene: &Scene, tessellator: &dyn Tessellator) -> Vec<Vec<Point>> {
-        let mut known = Known::default();
-        let mut own: Vec<Vec<Point>> = Vec::with_capacity(self.joined.len());
+        let mut borders: Vec<Vec<Point>> = Vec::with_capacity(self.joined.len());
         for (index, (object, map)) in scene.objects().iter().zip(&self.world).enumerate() {
-            let (Geometry::Surface(surface), Some(beside)) = (object.geometry(), self.beside(index)) else {
-                own.push(Vec::new());
-                continue;
+            let placed = match (object.geometry(), map) {
+                (Geometry::Surface(_), None) if self.beside(index).is_some() => {
+                    Some(Cow::Borrowed(object.geometry()))
+                }
+                (Geometry::Surface(_), Some(map)) if self.beside(index).is_some() => {
+                    object.geometry().transformed(map).ok().map(Cow::Owned)
+                }
+                _ => None,
             };
-            let placed = map.as_ref().map(|map| object.geometry().transformed(map)).transpose();
-            let border = match &placed {
-                Ok(Some(Geometry::Surface(placed))) => tessellator.border(placed, &self.of(index)),
-                _ => tessellator.border(surface, &self.of(index)),
+            // What cannot be placed or cut is told when it is.
+            let border = match placed.as_deref() {
+                Some(Geometry::Surface(surface)) => tessellator.border(surface, &self.of(index)).ok(),
+                _ => None,
             };
-            // What cannot be cut is told when it is.
-            let points = border.unwrap_or_default();
-            own.push(points.into_iter().map(|p| known.find(p, beside.near)).collect());
+            borders.push(border.unwrap_or_default());
+        }
+        let low = borders.iter().flatten().copied().reduce(|a, b| a.inf(&b)).unwrap_or_else(Point::origin);
+        let near = self.joined.iter().flatten().map(|joined| joined.near).fold(f64::INFINITY, f64::min);
+        let mut known = Nearby::new(low, near);
+        for point in borders.iter_mut().flatten() {
+            match known.find(point, |other: &Point| (other - *point).norm() <= near) {
+                Some(other) => *point = *other,
+                None => known.put(point, *point),
+            }
         }
         let all = self.joined.iter().enumerate().map(|(index, joined)| {
             let beside = joined.iter().flat_map(|joined| &joined.beside);
-            let parts = std::iter::once(&index).chain(beside).filter_map(|&k| own.get(k));
+            let parts = std::iter::once(&index).chain(beside).filter_map(|&k| borders.get(k));
             parts.flatten().copied().collect()
         });
         all.collect()
-    }
-}
-
-/// Points by where they are, each once.
-#[derive(Default)]
-struct Known(HashMap<[i64; 3], Vec<Point>>);
-
-impl Known {
-    /// The first point that was within `near` of this one, or itself from now on.
-    fn find(&mut self, point: Point, near: f64) -> Point {
-        // Cells so wide that few points are near a wall.
-        let cell = |shift: f64| [0, 1, 2].map(|k| ((point[k] + shift) / (16.0 * near)).floor() as i64);
-        let (below, above) = (cell(-near), cell(near));
-        for corner in 0..8 {
-            let key = [0, 1, 2].map(|k| if corner >> k & 1 == 0 { below[k] } else { above[k] });
-            let found = self.0.get(&key).into_iter().flatten().find(|p| (*p - point).norm() <= near);
-            if let Some(found) = found {
-                return *found;
-            }
-        }
-        self.0.entry(cell(0.0)).or_default().push(point);
-        point
     }
 }

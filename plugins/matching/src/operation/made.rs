@@ -4,7 +4,7 @@ use loftsman_kernel::edit::{Corner, Edited};
 use loftsman_kernel::functional::Functional;
 use loftsman_kernel::plugin::StepReport;
 use loftsman_kernel::spline::Surface;
-use loftsman_kernel::text::{figure, short};
+use loftsman_kernel::text::figure;
 
 use super::asked::Asked;
 use super::changed::Changed;
@@ -56,7 +56,7 @@ const ROUNDING: f64 = 1e-12;
 /// How many times, in words for many.
 fn times(ratio: f64) -> String {
     const MANY: f64 = 100.0;
-    if ratio < MANY { short(ratio) } else { "more than 100".to_owned() }
+    if ratio < MANY { figure(ratio) } else { "more than 100".to_owned() }
 }
 
 /// What a gap counts for, in degrees ([`Corner::change`]).
@@ -147,9 +147,10 @@ impl Made {
             notes.push(format!("{far}: {more}"));
         }
         if self.changed.is_lost() {
-            notes.push(
-                "control vertices lie many times as far away as the surface is large, as its knots are open outwards: give it clamped knots first, or say metric = \"least\"".to_owned(),
-            );
+            let instead = if asked.bend { ": say metric = \"least\"" } else { "" };
+            notes.push(format!(
+                "control vertices lie many times as far away as the surface is large, as its knots are open outwards{instead}"
+            ));
         }
         if let Some([u, v]) = self.changed.fold {
             let (u, v) = (figure(u), figure(v));
