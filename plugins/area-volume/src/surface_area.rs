@@ -1,5 +1,6 @@
 //! How large surfaces are.
 
+mod left;
 mod measure;
 
 use std::sync::Arc;
@@ -13,7 +14,8 @@ use loftsman_kernel::shape::{Cell, Shape, Share};
 use loftsman_kernel::text::short;
 use loftsman_kernel::{Result, Vector};
 
-use self::measure::{Area, Effort, Measure, extent, points};
+use self::left::Left;
+use self::measure::{Area, Effort, Measure, points};
 use crate::length::positive;
 use crate::members::{Members, OBJECT, OBJECTS, name_of, surface};
 
@@ -51,8 +53,6 @@ const AS_GOOD: f64 = 1e-9;
 /// What may be missing where an area is told once, and neither kept nor brought to a value, and the surface folds over: a part with a crease
 /// counts as a part of its area then, for both rules may miss as much.
 const TOLD: f64 = 1e-7;
-/// An area below this share of the squared size is what rounding makes of none.
-const NOTHING: f64 = 1e3 * f64::EPSILON;
 
 /// The area `∫∫ |S_u × S_v| du dv` of a surface, parts that lie over one another each for itself.
 ///
@@ -61,16 +61,17 @@ const NOTHING: f64 = 1e3 * f64::EPSILON;
 /// order of `m⁻²`. Rounding at the size of the surface is 0.
 ///
 /// # Errors
-/// When it is no surface, has no cells, its loops do not say what is inside, its area is beyond what numbers can hold, or
-/// more than 1e-6 of it may be missing still.
+/// When it is no surface, has no cells, its loops do not say what is inside, its area is beyond what numbers can hold, its control vertices are so
+/// far off it that their rounding is as much as its area, or more than 1e-6 of it may be missing still.
 pub fn surface_area_of(surface: &dyn Shape) -> Result<f64> {
     let (shapes, what) = (Shapes::one(surface), "surface area");
     let own = self::surface(&shapes, &On::from(0), what, "ask for the area inside it, or its length")?;
     let counted = if own.splines.is_some() { Vec::new() } else { own.cells.counted(own.shape)? };
     let Area { area, error } = Measure::new(&own, &counted).whole(None, Effort::Telling(TOLD))?;
-    let size = extent(&own, &counted);
-    if area <= NOTHING * size * size {
-        return Ok(0.0);
+    match Left::of(area, &own, &counted) {
+        Left::Nothing => return Ok(0.0),
+        Left::Rounding(times) => return Err(Error::Invalid(left::too_far(times))),
+        Left::Area => {}
     }
     if !area.is_finite() {
         return Err(Error::Invalid("it is beyond what numbers can hold".into()));
@@ -123,11 +124,17 @@ impl SurfaceArea {
                     "{what}: the area of {name} is beyond what numbers can hold; scale it down, or make its weights alike"
                 )));
             }
-            let size = extent(&own, counted);
-            if area <= NOTHING * size * size {
-                return Err(Error::Invalid(format!(
-                    "{what}: {name} has no area, and no direction to grow in; move a vertex first"
-                )));
+            match Left::of(area, &own, counted) {
+                Left::Nothing => {
+                    return Err(Error::Invalid(format!(
+                        "{what}: {name} has no area, and no direction to grow in; move a vertex first"
+                    )));
+                }
+                Left::Rounding(times) => {
+                    let why = left::too_far(times);
+                    return Err(Error::Invalid(format!("{what}: that of {name} cannot be told: {why}")));
+                }
+                Left::Area => {}
             }
             if error > ENOUGH * area {
                 return Err(Error::Invalid(format!(

@@ -6,7 +6,7 @@ use loftsman_kernel::scene::Unit;
 use loftsman_kernel::spline::{Direction, Surface};
 
 use crate::choices::{Choices, Combs};
-use crate::draw::{color, surface};
+use crate::draw::{color, legend, surface};
 use crate::path::Path;
 use crate::sheet::{Layer, Sample, Sheet, Stroke};
 use crate::stage::Stage;
@@ -204,8 +204,11 @@ impl Combing {
             let most = text::number(self.measure.most / size);
             let unit = unit.one();
             if sheet.layout.is_parallel() {
-                let per = text::number(1.0 / (self.measure.scale * sheet.layout.scale * size));
-                let words = format!("curvature: 1 mm of tooth is {per}/{unit}, the largest {most}/{unit}");
+                let bar = legend::bar_length(sheet.layout.scale / size);
+                let per = text::number(bar / (self.measure.scale * sheet.layout.scale * size));
+                let words = format!(
+                    "curvature: a tooth as long as the scale bar is {per}/{unit}, the largest {most}/{unit}"
+                );
                 sheet.caption.explain_once(Sample::Comb(color), words);
             } else if !sheet.caption.legend.iter().any(|(sample, _)| matches!(sample, Sample::Comb(_))) {
                 sheet.caption.explain_once(Sample::Comb(color), format!("curvature, at most {most}/{unit}"));

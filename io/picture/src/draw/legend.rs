@@ -20,6 +20,9 @@ const GAP: f64 = 6.0;
 /// Room for axes and scale bar at the left.
 const LEFT: f64 = 46.0;
 
+/// The longest scale bar.
+const LONGEST_BAR: f64 = LEFT - 20.0;
+
 /// The most notes, and lines of one that is a list.
 const NOTES: usize = 6;
 const NOTE_LINES: usize = 2;
@@ -278,7 +281,7 @@ pub(crate) fn axes(theme: Theme, projection: &Projection, corner: [f64; 2], long
 
 /// A bar as long as 1, 2 or 5 times a power of ten of the scene's unit.
 fn scale_bar(theme: Theme, millimetres: f64, [x, y]: [f64; 2], unit: Unit) -> String {
-    let (value, bar) = round_bar(millimetres, LEFT - 20.0);
+    let (value, bar) = round_bar(millimetres, LONGEST_BAR);
     let color = theme.faint();
     let data = format!(
         "M{} {}v1.6M{} {}h{}m0 -0.8v1.6",
@@ -298,6 +301,11 @@ fn scale_bar(theme: Theme, millimetres: f64, [x, y]: [f64; 2], unit: Unit) -> St
         .attribute("text-anchor", "middle")
         .attribute("fill", &color.hex());
     bar_path + &text.text(&words)
+}
+
+/// How long the scale bar is on the page, in millimetres, where a unit of the scene is as many `millimetres` long.
+pub(crate) fn bar_length(millimetres: f64) -> f64 {
+    round_bar(millimetres, LONGEST_BAR).1
 }
 
 /// The largest 1, 2 or 5 · 10ᵏ units that is at most `most` millimetres, and how many millimetres it is.

@@ -487,19 +487,3 @@ pub(super) fn points(surface: &Member<'_>, counted: &[(Cell, Share)]) -> usize {
 fn halvings(cells: usize) -> usize {
     HALVINGS + HALVINGS_A_CELL * cells
 }
-
-/// The longest side of the box of the vertices that act in a surface's domain.
-pub(super) fn extent(surface: &Member<'_>, counted: &[(Cell, Share)]) -> f64 {
-    let (mut low, mut high) = (Point::from([f64::INFINITY; 3]), Point::from([f64::NEG_INFINITY; 3]));
-    let all: Box<dyn Iterator<Item = Cell>> = if surface.splines.is_some() {
-        Box::new(surface.cells.iter())
-    } else {
-        Box::new(counted.iter().map(|(cell, _)| cell.clone()))
-    };
-    for cell in all {
-        for p in cell.vertices.iter().filter_map(|&v| surface.points().get(v)) {
-            (low, high) = (low.inf(p), high.sup(p));
-        }
-    }
-    (high - low).amax()
-}
