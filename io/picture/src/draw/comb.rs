@@ -202,16 +202,15 @@ impl Combing {
             let color = color(sheet, body, comb.old);
             let size = stage.projection.size;
             let most = text::number(self.measure.most / size);
-            let unit = unit.one();
+            let one = unit.one();
             if sheet.layout.is_parallel() {
-                let bar = legend::bar_length(sheet.layout.scale / size);
+                let (value, bar) = legend::bar(sheet.layout.scale / size);
                 let per = text::number(bar / (self.measure.scale * sheet.layout.scale * size));
-                let words = format!(
-                    "curvature: a tooth as long as the scale bar is {per}/{unit}, the largest {most}/{unit}"
-                );
+                let long = legend::long(value, unit);
+                let words = format!("curvature: a tooth of {long} is {per}/{one}, the largest {most}/{one}");
                 sheet.caption.explain_once(Sample::Comb(color), words);
             } else if !sheet.caption.legend.iter().any(|(sample, _)| matches!(sample, Sample::Comb(_))) {
-                sheet.caption.explain_once(Sample::Comb(color), format!("curvature, at most {most}/{unit}"));
+                sheet.caption.explain_once(Sample::Comb(color), format!("curvature, at most {most}/{one}"));
             }
             if any_cut {
                 sheet

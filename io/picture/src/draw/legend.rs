@@ -281,7 +281,7 @@ pub(crate) fn axes(theme: Theme, projection: &Projection, corner: [f64; 2], long
 
 /// A bar as long as 1, 2 or 5 times a power of ten of the scene's unit.
 fn scale_bar(theme: Theme, millimetres: f64, [x, y]: [f64; 2], unit: Unit) -> String {
-    let (value, bar) = round_bar(millimetres, LONGEST_BAR);
+    let (value, bar) = bar(millimetres);
     let color = theme.faint();
     let data = format!(
         "M{} {}v1.6M{} {}h{}m0 -0.8v1.6",
@@ -292,20 +292,24 @@ fn scale_bar(theme: Theme, millimetres: f64, [x, y]: [f64; 2], unit: Unit) -> St
         length(bar)
     );
     let bar_path = Stroke::plain(color, 0.3).path("scale-bar", data).empty();
-    let one = unit == Unit::Unknown && value == 1.0;
-    let words = format!("{} {}", text::number(value), if one { "unit".into() } else { unit.symbol() });
     let text = Element::new("text")
         .length("x", x + bar / 2.0)
         .length("y", y - 1.4)
         .length("font-size", 2.6)
         .attribute("text-anchor", "middle")
         .attribute("fill", &color.hex());
-    bar_path + &text.text(&words)
+    bar_path + &text.text(&long(value, unit))
 }
 
-/// How long the scale bar is on the page, in millimetres, where a unit of the scene is as many `millimetres` long.
-pub(crate) fn bar_length(millimetres: f64) -> f64 {
-    round_bar(millimetres, LONGEST_BAR).1
+/// How long the scale bar is, in the scene's unit and in millimetres of the page, where a unit of the scene is as many `millimetres` long.
+pub(crate) fn bar(millimetres: f64) -> (f64, f64) {
+    round_bar(millimetres, LONGEST_BAR)
+}
+
+/// A length as the scale bar says it.
+pub(crate) fn long(value: f64, unit: Unit) -> String {
+    let one = unit == Unit::Unknown && value == 1.0;
+    format!("{} {}", text::number(value), if one { "unit".into() } else { unit.symbol() })
 }
 
 /// The largest 1, 2 or 5 · 10ᵏ units that is at most `most` millimetres, and how many millimetres it is.
