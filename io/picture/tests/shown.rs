@@ -1,5 +1,5 @@
 //! What pictures show of several objects and of shapes that have changed their knots, and what they say is not shown.
-#![allow(clippy::unwrap_used, reason = "a helper of a test may fail as the test itself")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a helper of a test may fail as the test itself")]
 
 use crate::drawn::Drawn;
 use loftsman_kernel::mesh::{Cloud, Layer, Mesh, Polyline};
@@ -7,7 +7,7 @@ use loftsman_kernel::plugin::{Mark, MarkKind};
 use loftsman_kernel::scene::{Definition, Geometry, Object, Scene};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
-use loftsman_picture::{Beads, Curvature, Faces, Panel, Picture, View};
+use loftsman_picture::{Beads, Combs, Curvature, Faces, Panel, Picture, View};
 use nalgebra::Matrix4;
 use roxmltree::Document;
 
@@ -343,4 +343,64 @@ fn vertices_that_are_left_out_are_told_in_one_sentence() {
     assert!(words.contains(" of 100 of c0 in \"the c0\", "), "{words}");
     let words = said(&Picture::of(&scene(dense(0.0))));
     assert!(words.starts_with("c: ") && words.contains(" of 100 control vertices are drawn"), "{words}");
+}
+
+/// The teeth of a comb are read by the scale bar: of a circle of radius `r` all are of the curvature `1/r`, so that a tooth as long on the page as `k` bars is of `k` times what the legend says of one.
+#[test]
+fn teeth_of_a_comb_are_read_by_the_scale_bar() {
+    let corner = std::f64::consts::FRAC_1_SQRT_2;
+    let around =
+        [[1., 0.], [1., 1.], [0., 1.], [-1., 1.], [-1., 0.], [-1., -1.], [0., -1.], [1., -1.], [1., 0.]];
+    let knots = vec![0., 0., 0., 1., 1., 2., 2., 3., 3., 4., 4., 4.];
+    let weights = (0..9).map(|i| if i % 2 == 0 { 1.0 } else { corner }).collect();
+    for (radius, combs) in
+        [(2.0, Combs::Automatic), (2e-9, Combs::Automatic), (3e9, Combs::Automatic), (5.0, Combs::Scale(7.0))]
+    {
+        let points = around.map(|[x, y]| Point::new(radius * x, radius * y, 0.0)).to_vec();
+        let space = Space::open(2, knots.clone()).unwrap();
+        let circle = Curve::rational(space, points, Vec::clone(&weights)).unwrap();
+        let svg = Picture::of(&scene(circle)).combs(combs).drawn();
+        let numbers = |data: &str| -> Vec<f64> {
+            data.split(|c: char| !(c.is_ascii_digit() || "-.e".contains(c)))
+                .filter_map(|n| n.parse().ok())
+                .collect()
+        };
+        let [ref bar] = of_class(&svg, "scale-bar", "d")[..] else { panic!("one bar") };
+        let bar = numbers(bar.split_once('h').unwrap().1)[0];
+        let [ref teeth] = of_class(&svg, "comb", "d")[..] else { panic!("one comb") };
+        let teeth = numbers(teeth);
+        let said = svg.split("a tooth of ").nth(1).unwrap();
+        let (long, rest) = said.split_once(" is ").unwrap();
+        let (per, rest) = rest.split_once('/').unwrap();
+        let largest = rest.split("the largest ").nth(1).unwrap().split('/').next().unwrap();
+        assert!(svg.matches(&format!(">{long}<")).count() == 1, "the bar says {long}: {svg}");
+        // `5·10⁸` and `10⁻⁹`, too.
+        let plain = |words: &str| -> String {
+            words
+                .chars()
+                .map(|c| "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().position(|d| d == c).map_or(c, |d| (b'0' + d as u8) as char))
+                .collect()
+        };
+        let number = |words: &str| -> f64 {
+            let raised = |(before, after): &(&str, &str)| {
+                (before.is_empty() || before.ends_with('·'))
+                    && after.starts_with(|c: char| "⁻⁰¹²³⁴⁵⁶⁷⁸⁹".contains(c))
+            };
+            let Some((times, power)) = words.split_once("10").filter(raised) else {
+                return words.parse().unwrap();
+            };
+            let times = if times.is_empty() { 1.0 } else { times.trim_end_matches('·').parse().unwrap() };
+            times * 10_f64.powi(plain(power).replace('⁻', "-").parse().unwrap())
+        };
+        assert!(teeth.len() >= 40, "{teeth:?}");
+        for tooth in teeth.chunks_exact(4) {
+            let length = (tooth[2] - tooth[0]).hypot(tooth[3] - tooth[1]);
+            // Numbers are told to three figures, and the page has thousandths of a millimetre.
+            assert!(
+                (length / bar * number(per) * radius - 1.0).abs() < 1e-2,
+                "{radius}: {length} {bar} {per}"
+            );
+        }
+        assert!((number(largest) * radius - 1.0).abs() < 6e-3, "{radius}: {largest}");
+    }
 }
