@@ -194,3 +194,73 @@ fn points_that_do_not_scatter_are_taken_as_they_are() {
     let found = fitted(&exact, 1.0, true, 0.2);
     assert_eq!((found.corners.as_slice(), found.scatter), (corners.as_slice(), None));
 }
+
+/// Two arcs of radius 20 and 25 that meet at a corner, from point 60 on, curving on to either side, or two lines: the sharper the turn the more they look like the flanks of a nose.
+#[test]
+fn sharp_corners_are_no_noses() {
+    let mut wrong = Vec::new();
+    for degrees in [90.0_f64, 110.0, 125.0, 140.0, 150.0] {
+        for bent in [-1.0, 0.0, 1.0] {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let before = (0..60).map(|i| {
+                let t = 1.5 * f64::from(i - 60) / 60.0;
+                if bent == 0.0 {
+                    Vector::new(20.0 * t, 0.0, 0.0)
+                } else {
+                    Vector::new(20.0 * t.sin(), 20.0 * (1.0 - t.cos()), 0.0)
+                }
+            });
+            let after = (0..=60).map(|i| {
+                let t = 1.4 * f64::from(i) / 60.0;
+                let [x, y] = if bent == 0.0 {
+                    [25.0 * t, 0.0]
+                } else {
+                    [25.0 * t.sin(), 25.0 * bent * (1.0 - t.cos())]
+                };
+                Vector::new(cos * x - sin * y, sin * x + cos * y, 0.0)
+            });
+            let exact: Vec<Vector> = before.chain(after).collect();
+            for deviation in [0.04, 0.08, 0.12] {
+                for seed in 0..14 {
+                    let points = stirred(&exact, deviation, false, seed);
+                    let found = fitted(&points, [1.0, 1e-9, 1e9][seed as usize % 3], false, 0.4);
+                    if !are(&found.corners, &[60], exact.len(), 4) {
+                        wrong.push((degrees, bent, deviation, seed, found.corners));
+                    }
+                }
+            }
+        }
+    }
+    // One of them has points so far off beside the corner that no two parabolas follow them.
+    assert!(wrong.len() <= 1, "{} of 630: {wrong:?}", wrong.len());
+}
+
+/// A gear of 8 teeth, turned in space: its 32 corners, where even noise of half the tolerance goes to all sides (in two directions normal to the curve, so that in all it is more than half
+/// of it).
+#[test]
+fn scatter_in_space_counts_by_directions() {
+    let mut exact = Vec::new();
+    let mut corners = Vec::new();
+    for tooth in 0..16 {
+        let angle = |part: f64| TAU * (f64::from(tooth) + part) / 16.0;
+        let (own, other) = if tooth % 2 == 0 { (30.0, 22.0) } else { (22.0, 30.0) };
+        let at = |r: f64, a: f64| Vector::new(r * a.cos(), 0.6 * r * a.sin(), 0.8 * r * a.sin());
+        corners.push(exact.len());
+        exact.extend((0..16).map(|i| at(own, angle(f64::from(i) / 16.0))));
+        corners.push(exact.len());
+        exact.extend((0..12).map(|i| at(own + (other - own) * f64::from(i) / 12.0, angle(1.0))));
+    }
+    let mut wrong = Vec::new();
+    for tolerance in [0.1, 0.2] {
+        for seed in 0..30 {
+            let mut random = Random::new(seed);
+            let mut off = || tolerance * (random.unit() - 0.5);
+            let points: Vec<Vector> = exact.iter().map(|p| p + Vector::new(off(), off(), off())).collect();
+            let found = fitted(&points, [1.0, 1e-9, 1e9][seed as usize % 3], true, tolerance);
+            if !are(&found.corners, &corners, exact.len(), 2) {
+                wrong.push((tolerance, seed, found.corners.len()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} of 60: {wrong:?}", wrong.len());
+}

@@ -389,7 +389,8 @@ impl Simulation {
         checked
     }
 
-    /// One step of exactly this length, stable or not. What comes or goes within it does so at its end.
+    /// One step of exactly this length, stable or not. What comes or goes within it does so at its end. What slides faster and faster, as without damping, loses its
+    /// place in the end by steps that are stable but always alike; [`advance`](Self::advance) takes shorter ones by the drift.
     ///
     /// # Errors
     /// As for [`advance`](Self::advance).

@@ -7,11 +7,11 @@
 //! the parabolas do not follow, or one cubic follows as well. Of neighbouring places the one with the largest turn is looked at, and the point moved to where the two curves leave least.
 
 use loftsman_kernel::Vector;
-use nalgebra::{Matrix4, Matrix4x3, Vector4};
+use nalgebra::{Matrix3, Matrix4, Matrix4x3, Vector4};
 
 /// The points turn at random by so much (the standard error of a slope from point to point), before scatter counts: 1.7°.
 const SEEN: f64 = 0.03;
-/// A tolerance of so many standard deviations is what points that scatter are fitted to; what is larger is their shape.
+/// A tolerance of so many standard deviations is what points that scatter are fitted to, those of each direction by themselves; what is larger is their shape.
 const MEANT: f64 = 2.0;
 /// The standard error of a tangent that is aimed at: 7°.
 const SLOPE: f64 = 0.12;
@@ -30,10 +30,15 @@ const GROWN: usize = 6;
 const UNKNOWN: f64 = 0.3;
 /// A turn is in doubt by so many standard errors.
 const DOUBT: f64 = 2.0;
+/// From this turn on (115°) a corner and a nose look alike by few points: they are told apart by up to so many times as many.
+const SHARP: f64 = 2.0;
+const FARTHER: usize = 4;
 /// What is left may be larger than the scatter by so many standard deviations of a sum of squares.
 const LEFT: f64 = 3.5;
 /// The fewest points on either side of one in the estimate of the scatter, and places looked at.
 const LOCAL: usize = 3;
+/// Points that leave their plane by less than this part of their scatter scatter within it.
+const FLAT: f64 = 0.1;
 /// Scatter is told from where points go over so many times its own size.
 const LONG: f64 = 10.0;
 const SAMPLES: usize = 2000;
@@ -79,7 +84,7 @@ pub(super) fn find(
 ) -> Option<(Vec<usize>, Scatter)> {
     let whole = Chain { points, closed };
     let (deviation, apart) = whole.scatter()?;
-    if deviation < SEEN * apart || MEANT * deviation > tolerance {
+    if deviation < SEEN * apart || MEANT * deviation > tolerance * whole.directions(deviation).sqrt() {
         return None;
     }
     let wanted = (POINTS * (deviation / (SLOPE * apart)).powf(2.0 / 3.0)).ceil();
@@ -204,6 +209,17 @@ impl Chain<'_> {
         }
     }
 
+    /// In how many directions, of those normal to where they go, the points scatter by so much in all: in one where they lie in a plane, else in two.
+    fn directions(&self, deviation: f64) -> f64 {
+        let n = self.points.len() as f64;
+        let middle = self.points.iter().fold(Vector::zeros(), |sum, p| sum + p / n);
+        let spread = self.points.iter().fold(Matrix3::zeros(), |sum, p| {
+            let from = (p - middle) / deviation;
+            sum + from * from.transpose() / n
+        });
+        if spread.symmetric_eigenvalues().min() > FLAT * FLAT { 2.0 } else { 1.0 }
+    }
+
     /// How the curves beside a place meet, and with how many points on a side, where that may be a corner.
     fn seen(&self, k: usize, full: usize, deviation: f64, least: f64, look: Look) -> Option<(usize, Bend)> {
         let mut arm = full;
@@ -215,11 +231,17 @@ impl Chain<'_> {
                 continue;
             }
             return match look {
-                Look::First => (known <= UNKNOWN
-                    && bend.fits(deviation)
-                    && bend.turn > least - DOUBT * known
-                    && !self.is_smooth(k, arm, deviation, bend.left))
-                .then_some((arm, bend)),
+                Look::First => {
+                    let may_be =
+                        known <= UNKNOWN && bend.fits(deviation) && bend.turn > least - DOUBT * known;
+                    if !may_be {
+                        None
+                    } else if !self.is_smooth(k, arm, deviation, bend.left) {
+                        Some((arm, bend))
+                    } else {
+                        self.decided(k, arm, deviation, least)
+                    }
+                }
                 // It is asked where the first one sees that it is no curve beside another, and has to be sure.
                 Look::Nearer if bend.fits(deviation) => None,
                 Look::Nearer => {
@@ -233,6 +255,23 @@ impl Chain<'_> {
                     .then_some((arm, bend))
                 }
             };
+        }
+    }
+
+    /// The bend over more points, where those beside a sharp turn are followed as well by one narrow curve: what tells a corner from a nose is how far the ways run on.
+    /// As soon as two curves follow and one does not any more; none where there are no more points.
+    fn decided(&self, k: usize, arm: usize, deviation: f64, least: f64) -> Option<(usize, Bend)> {
+        let mut more = arm;
+        loop {
+            more = (more as f64 / NEARER).ceil() as usize;
+            if more > FARTHER * arm || self.room(k, more) != [more; 2] {
+                return None;
+            }
+            let bend = self.bend(k, more, least)?;
+            let two = bend.turn > SHARP && bend.fits(deviation);
+            if two && !self.is_smooth(k, more, deviation, bend.left) {
+                return Some((arm, bend));
+            }
         }
     }
 
