@@ -264,3 +264,61 @@ fn scatter_in_space_counts_by_directions() {
     }
     assert!(wrong.is_empty(), "{} of 60: {wrong:?}", wrong.len());
 }
+
+/// Everyday outlines, open and closed, at noise of an eighth to a quarter of the tolerance: all corners that are there and no others.
+#[test]
+fn everyday_outlines() {
+    let polar = |n: u32, turns: f64, r: &dyn Fn(f64) -> f64| -> Vec<Vector> {
+        let angle = (0..n).map(|i| TAU * turns * f64::from(i) / f64::from(n));
+        angle.map(|t| Vector::new(r(t) * t.cos(), r(t) * t.sin(), 0.0)).collect()
+    };
+    // Tips turn by 128° and 137°; between them the star of 4 turns by 38°, which is no corner, that of 6 by 77°.
+    let star = |tips: u32, inner: f64, each: u32, every: u32| -> (Vec<Vector>, Vec<usize>) {
+        let at = |j: u32| {
+            let (r, a) = (if j % 2 == 0 { 30.0 } else { inner }, PI * f64::from(j) / f64::from(tips));
+            Vector::new(r * a.cos(), r * a.sin(), 0.0)
+        };
+        let side = |j: u32| (0..each).map(move |i| at(j).lerp(&at(j + 1), f64::from(i) / f64::from(each)));
+        (
+            (0..2 * tips).flat_map(side).collect(),
+            (0..2 * tips / every).map(|j| (j * every * each) as usize).collect(),
+        )
+    };
+    // Two arcs that meet in two tips, each turning by a right angle or more.
+    let lens = |half: f64| -> (Vec<Vector>, Vec<usize>) {
+        let r = 20.0 / half.sin();
+        let arc = |from: f64, sign: f64| {
+            (0..70)
+                .map(move |i| from + half * (1.0 - f64::from(i) / 35.0))
+                .map(move |a| Vector::new(r * a.cos(), r * (a.sin() - sign * half.cos()), 0.0))
+        };
+        (arc(FRAC_PI_2, 1.0).chain(arc(-FRAC_PI_2, -1.0)).collect(), vec![0, 70])
+    };
+    let helix = (0..400).map(|i| 0.04 * f64::from(i));
+    let helix = helix.map(|t| Vector::new(15.0 * t.cos(), 15.0 * t.sin(), 2.0 * t)).collect();
+    let shapes = [
+        ("wavy", true, (polar(400, 1.0, &|t| 20.0 + 4.0 * (3.0 * t + 1.0).cos()), Vec::new())),
+        ("circle", true, (polar(250, 1.0, &|_| 20.0), Vec::new())),
+        ("spiral", false, (polar(600, 3.0, &|t| 3.0 + t), Vec::new())),
+        ("helix", false, (helix, Vec::new())),
+        ("star of 4", true, star(4, 14.0, 25, 2)),
+        ("star of 6", true, star(6, 14.0, 25, 1)),
+        ("lens", true, lens(0.6)),
+        ("thick lens", true, lens(0.78)),
+    ];
+    let mut wrong = Vec::new();
+    for (name, closed, (exact, corners)) in &shapes {
+        for tolerance in [0.1, 0.4] {
+            for share in [0.125, 0.25] {
+                for seed in 0..12 {
+                    let points = stirred(exact, share * tolerance, seed % 2 == 1, seed);
+                    let found = fitted(&points, [1.0, 1e-9, 1e9][seed as usize % 3], *closed, tolerance);
+                    if !are(&found.corners, corners, exact.len(), 4) {
+                        wrong.push((name, tolerance, share, seed, found.corners));
+                    }
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} of 384: {wrong:?}", wrong.len());
+}
