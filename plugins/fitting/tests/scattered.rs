@@ -275,7 +275,8 @@ fn everyday_outlines() {
     // Tips turn by 128° and 137°; between them the star of 4 turns by 38°, which is no corner, that of 6 by 77°.
     let star = |tips: u32, inner: f64, each: u32, every: u32| -> (Vec<Vector>, Vec<usize>) {
         let at = |j: u32| {
-            let (r, a) = (if j.is_multiple_of(2) { 30.0 } else { inner }, PI * f64::from(j) / f64::from(tips));
+            let (r, a) =
+                (if j.is_multiple_of(2) { 30.0 } else { inner }, PI * f64::from(j) / f64::from(tips));
             Vector::new(r * a.cos(), r * a.sin(), 0.0)
         };
         let side = |j: u32| (0..each).map(move |i| at(j).lerp(&at(j + 1), f64::from(i) / f64::from(each)));
