@@ -68,13 +68,13 @@ pub fn surface_area_of(surface: &dyn Shape) -> Result<f64> {
     let own = self::surface(&shapes, &On::from(0), what, "ask for the area inside it, or its length")?;
     let counted = if own.splines.is_some() { Vec::new() } else { own.cells.counted(own.shape)? };
     let Area { area, error } = Measure::new(&own, &counted).whole(None, Effort::Telling(TOLD))?;
+    if !area.is_finite() {
+        return Err(Error::Invalid("it is beyond what numbers can hold".into()));
+    }
     match Left::of(area, &own, &counted) {
         Left::Nothing => return Ok(0.0),
         Left::Rounding(times) => return Err(Error::Invalid(left::too_far(times))),
         Left::Area => {}
-    }
-    if !area.is_finite() {
-        return Err(Error::Invalid("it is beyond what numbers can hold".into()));
     }
     // Also where the error is no number.
     if error <= ENOUGH * area {

@@ -27,17 +27,17 @@ impl Left {
     /// Of an area that was measured. A surface of the size `s` whose control vertices are `S` apart is known to about `ε S`, and its area to `ε S s`.
     pub(super) fn of(area: f64, surface: &Member<'_>, counted: &[(Cell, Share)]) -> Self {
         let far = extent(surface, counted);
-        if !(area <= NOTHING * far * far) {
-            return Self::Area;
+        // Most are more than that, and nothing else is looked at.
+        if area <= NOTHING * far * far {
+            let size = seen(surface, counted);
+            if area <= NOTHING * size * size || size == 0.0 {
+                return Self::Nothing;
+            }
+            if area <= NOTHING * far * size {
+                return Self::Rounding(far / size);
+            }
         }
-        let size = seen(surface, counted);
-        if !(area <= NOTHING * far * size) {
-            Self::Area
-        } else if area <= NOTHING * size * size || size == 0.0 {
-            Self::Nothing
-        } else {
-            Self::Rounding(far / size)
-        }
+        Self::Area
     }
 }
 
