@@ -74,6 +74,22 @@ fn every_defect_is_named_with_its_line() {
     }
 }
 
+/// Of statements all of which are wrong the first is the error, with its line.
+#[test]
+fn where_all_is_wrong_the_first_line_is_told() {
+    for (text, line, says) in [
+        ("v 1 2\n", 1, "2 numbers"),
+        ("# a comment\n\nf 1 2 3\n", 3, "vertex 1"),
+        ("l 1 2\n", 1, "vertex 1"),
+        ("f 1 2 3\nf 1 2 4\n", 1, "vertex 1"),
+        ("vn a b c\nvt x\n", 1, "not a number"),
+    ] {
+        let error = error(text);
+        assert_eq!(error.place, Place::Line(line), "{text}: {error}");
+        assert!(error.to_string().contains(says), "{text}: {error}");
+    }
+}
+
 const WHOLE: &str = "mtllib a.mtl\no one\nv 0 0 0 1\nv 1 0 0 .5\nv 0 1 0\nv 0 1 1 1 0 0\nvt 0 1\nvn 0 0 1\ns 1\nusemtl m\nf 1/1/1 2/1/1 \\\n3/1/1\nf -1 -2 -3\nl 1 2 3\nl 3 1\np 1 2\ncstype rat bspline\ndeg 1\ncurv 0 2 1 2 3\nparm u 0 0 1 2 2\nend\nbmat u 1 0 -1 1\nstep 1\ng a b\nvp 0 0\nvp 1 0\nvp 0 1\ncstype bezier\ndeg 1 1\ncurv2 1 2 3 1\nparm u 0 1 2 3\nend\nsurf 0 1 0 1 1 2 3 4\nparm u 0 1\nparm v 0 1\ntrim 0 3 1\nhole 0 3 1\nscrv 0 1 1\nsp 1\nend\ncon 1 0 1 1 1 1 2 -1\n#MRGB ff00ff00\nvp 1 2\n";
 
 #[test]

@@ -13,7 +13,7 @@ mod statement;
 mod tally;
 mod unbroken;
 
-use loftsman_kernel::plugin::{FormatError, ReadOptions, ReadReport, Source};
+use loftsman_kernel::plugin::{FormatError, Place, ReadOptions, ReadReport, Source};
 use loftsman_kernel::scene::{Scene, Unit, Up};
 
 use crate::text::{Statements, decode, keyword, tokens};
@@ -113,6 +113,10 @@ pub(crate) fn read(
     let head = ours::head(&text);
     // What was written here of objects that OBJ has no statements for, as groups, is a file all the same.
     if reader.understood == 0 && head.is_none() {
+        // Where there are some, and all of them are wrong, the first of them is.
+        if let Some((line, problem)) = reader.first_wrong {
+            return Err(FormatError::new(Place::Line(line), problem));
+        }
         return Err(FormatError::whole("no statement of an OBJ file was found in it"));
     }
     let mut report = ReadReport::default();
