@@ -44,6 +44,7 @@ mod error;
 mod link;
 mod load;
 mod mass;
+mod measure;
 mod operation;
 mod path;
 mod place;

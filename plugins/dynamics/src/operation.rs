@@ -171,7 +171,7 @@ impl Operation for Simulate {
         for (index, name) in run.names.iter().enumerate().filter(|(index, _)| !run.still[*index]) {
             report.warnings.extend(folds::folded(name, &simulation, index)?);
             report.warnings.extend(folds::shrunk(name, &simulation, index)?);
-            report.notes.extend(folds::off_centre(name, &simulation, index)?);
+            report.notes.extend(folds::mass(name, &simulation, index)?);
         }
         report.notes.extend(told(simulation.corners(), &simulation, &run.names)?);
         report.notes.extend(run.notes);

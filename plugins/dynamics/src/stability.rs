@@ -77,14 +77,17 @@ pub(crate) fn highest(shape: &dyn Shape, material: &Material, elastic: &Elastic,
             return Ok(highest + bent);
         }
     }
-    let mut entries = Vec::new();
+    let (mut entries, mut own) = (Vec::new(), Vec::new());
     for (index, cell) in elastic.points.cells.iter().enumerate() {
-        let vertices = elastic.points.of(cell).to_vec();
-        add_bound(elastic, index, |i, j, value| {
-            if vertices[j] <= vertices[i] {
-                entries.push((vertices[i] as usize, vertices[j] as usize, value));
-            }
-        });
+        let vertices = elastic.points.of(cell);
+        let width = cell.width;
+        own.clear();
+        own.resize(width * width, 0.0);
+        add_bound(elastic, index, |i, j, value| own[i * width + j] += value);
+        for (i, row) in vertices.iter().zip(own.chunks_exact(width)) {
+            let lower = vertices.iter().zip(row).filter(|(j, _)| *j <= i);
+            entries.extend(lower.map(|(j, value)| (*i as usize, *j as usize, *value)));
+        }
     }
     if let Some(bend) = &elastic.bend {
         for i in 0..bend.size() {

@@ -666,7 +666,13 @@ fn places_of_a_sheet_that_come_together_let_go() {
         let (_, report) = done(both);
         let words = format!("{:?} {:?}", report.notes, report.warnings);
         // Or over the edge, where that is nearer.
-        shut += usize::from(words.contains("its loop is drawn shut"));
+        let is_shut = words.contains("its loop is drawn shut");
+        shut += usize::from(is_shut);
+        let warned = report
+            .warnings
+            .iter()
+            .any(|warning| warning.contains("loops are drawn shut at \"double sliding"));
+        assert_eq!(is_shut, warned, "{words}");
         assert!(words.contains("its loop is drawn shut") || words.contains("it left the shape"), "{words}");
         // What holds it bears its weight, straight up.
         let supports = report

@@ -88,3 +88,63 @@ fn what_rests_smaller_has_the_energy_of_its_area_at_rest() {
         assert!((parts - wanted).abs() < 1e-12 * STIFFNESS, "{rest}: {parts} for {wanted}");
     }
 }
+
+/// What hangs at its corners pulls at them with its mass times its area, however much it turns within its cells: extrusions by 0.8 of curves whose length is that of 200,000 chords.
+#[test]
+fn a_curved_sheet_weighs_its_area() {
+    let points = |n: usize| -> Vec<Point> {
+        let at = |i: usize| {
+            let i = i as f64;
+            Point::new((5.3 * i).sin(), 0.0, 0.4 * (3.7 * i).cos())
+        };
+        (0..n).map(at).collect()
+    };
+    let weights = |n: usize| -> Vec<f64> { (0..n).map(|i| 1.0 + 0.7 * (2.3 * i as f64).sin()).collect() };
+    for (degree, n, rational) in [
+        (2, 3, false),
+        (2, 3, true),
+        (3, 4, false),
+        (3, 7, false),
+        (3, 7, true),
+        (4, 5, false),
+        (7, 8, false),
+    ] {
+        for across in [1, 2, 4] {
+            let (along, side) =
+                (Space::clamped_uniform(degree, n).unwrap(), Space::clamped_uniform(across, across + 1));
+            let side = side.unwrap();
+            let wide = |p: &Point| -> Vec<Point> {
+                let at = |j: usize| p + loftsman_kernel::Vector::y() * (0.8 * j as f64 / across as f64);
+                (0..=across).map(at).collect()
+            };
+            let net: Vec<Point> = points(n).iter().flat_map(wide).collect();
+            let (curve, sheet) = if rational {
+                let all = weights(n).into_iter().flat_map(|w| std::iter::repeat_n(w, across + 1)).collect();
+                (
+                    Curve::rational(along.clone(), points(n), weights(n)).unwrap(),
+                    Surface::rational(along.clone(), side, net, all).unwrap(),
+                )
+            } else {
+                (
+                    Curve::new(along.clone(), points(n)).unwrap(),
+                    Surface::new(along.clone(), side, net).unwrap(),
+                )
+            };
+            let ([_, end], parts) = ([along.domain().0, along.domain().1], 200_000);
+            let at = |i: usize| curve.point(end * i as f64 / f64::from(parts)).unwrap();
+            let length: f64 = (0..parts as usize).map(|i| (at(i + 1) - at(i)).norm()).sum();
+            let corners = [[0.0, 0.0], [0.0, 1.0], [end, 0.0], [end, 1.0]];
+            let top = sheet.v().domain().1;
+            let mut setup =
+                Setup::new(Body::new(&sheet).mass(0.3).stiffness(1000.0)).gravity([0.0, 0.0, -9.81]);
+            for [u, v] in corners {
+                setup = setup.hold(fixed([u, v * top]));
+            }
+            let mut simulation = setup.prepare().unwrap();
+            assert!(simulation.settle().unwrap().rests, "{degree} {n} {rational} {across}");
+            let weight: f64 = (0..4).map(|k| simulation.force_of(k).unwrap()[2]).sum();
+            let off = weight / (0.3 * 9.81 * 0.8 * length) - 1.0;
+            assert!(off.abs() < 1e-8, "{degree} {n} {rational} {across}: {weight} of {length}, {off}");
+        }
+    }
+}

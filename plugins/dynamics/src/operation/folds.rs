@@ -20,6 +20,8 @@ const CUTS: usize = 60;
 /// `bending` beyond this share of stiffness times the square of the length shortens what is curved, and so does any that draws what stays curved together by half of that or more.
 const STRONG: f64 = 0.1;
 const SHORTER: f64 = 2e-3;
+/// What of a mass may be missing by more than this share is told.
+const MISSING: f64 = 1e-7;
 /// The centre of mass is off where it is so by more than this share of the size.
 const OFF: f64 = 1e-4;
 
@@ -125,12 +127,19 @@ pub(super) fn shrunk(
     }))
 }
 
-/// That the mass of a surface is not quite where its area is.
-pub(super) fn off_centre(
-    name: &str,
-    simulation: &Simulation,
-    body: usize,
-) -> Result<Option<String>, OperationError> {
+/// That the mass of a body is not known to the last, and that of a surface is not quite where its area is.
+pub(super) fn mass(name: &str, simulation: &Simulation, body: usize) -> Result<Vec<String>, OperationError> {
+    let missing = simulation.missing_mass(body)?;
+    let missing = (missing > MISSING).then(|| {
+        format!(
+            "the mass of {name:?} is summed up to {} of it: the shape is creased within its cells, where its parameters do not run along the crease",
+            short(missing)
+        )
+    });
+    Ok(missing.into_iter().chain(off_centre(name, simulation, body)?).collect())
+}
+
+fn off_centre(name: &str, simulation: &Simulation, body: usize) -> Result<Option<String>, OperationError> {
     let off = simulation.off_centre(body)?;
     let size = extent(simulation.start_of(body)?.control_vertices());
     Ok((off > OFF * size).then(|| {

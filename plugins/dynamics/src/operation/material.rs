@@ -1,11 +1,11 @@
 //! The numbers of a material and of steps: their fields, what is asked of each, and what follows where one is not said.
 
-use loftsman_kernel::Vector;
 use loftsman_kernel::plugin::{OperationError, ParameterError, Parameters};
-use loftsman_kernel::shape::{Derivative, Shape, cells_of};
+use loftsman_kernel::shape::Shape;
 
 use crate::body::Material;
 use crate::error::{DynamicsError, check, check_damping, check_mass, check_rest, check_time};
+use crate::measure;
 
 /// How much heavier than itself what a rope carries would have to be to stretch it to twice its length.
 const STIFF: f64 = 200.0;
@@ -84,23 +84,8 @@ pub(super) fn stiffened(
     Ok(material)
 }
 
-/// Gauss points more than its degree in each span.
-const MORE: usize = 8;
-
 /// The arc length of a curve, the root of the area of a surface: of the shape itself, whatever its control vertices, and however it lies.
 pub(super) fn reach(shape: &dyn Shape) -> Result<f64, OperationError> {
-    let points = shape.control_vertices();
-    let is_curve = shape.domain().len() == 1;
-    let mut measure = 0.0;
-    for cell in cells_of(shape, "a length")?.checked(shape)? {
-        let nodes = |side: usize| cell.sides.get(side).map_or(0, |side| side.degree + MORE);
-        for (at, weight) in cell.gauss_points([nodes(0), nodes(1)]) {
-            let way = |u: usize, v: usize| -> loftsman_kernel::Result<Vector> {
-                Ok(shape.stencil(at, Derivative { u, v })?.apply(points))
-            };
-            measure +=
-                weight * if is_curve { way(1, 0)?.norm() } else { way(1, 0)?.cross(&way(0, 1)?).norm() };
-        }
-    }
-    Ok(if is_curve { measure } else { measure.sqrt() })
+    let all = measure::whole(shape)?;
+    Ok(if shape.domain().len() == 1 { all } else { all.sqrt() })
 }

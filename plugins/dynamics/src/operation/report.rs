@@ -7,7 +7,7 @@ use loftsman_kernel::shape::{Derivative, Location};
 use loftsman_kernel::text::{counted, figure, short, without_rounding};
 
 use crate::body::extent;
-use crate::link::LEFT;
+use crate::link::{LEFT, SHUT};
 use crate::simulation::{Event, Settled, Simulation, Unrest, Unseen};
 
 /// Elastic energy that steps do not see is told where it is more than this share of what they do.
@@ -146,6 +146,7 @@ pub(super) fn report(
     }
     let unheld = gone(simulation)?;
     warnings.extend(unheld.or_else(|| left(simulation)));
+    warnings.extend(shut(simulation));
     notes.extend(
         simulation
             .events()
@@ -228,20 +229,30 @@ fn gone(simulation: &mut Simulation) -> Result<Option<String>, OperationError> {
 
 /// That constraints let go because the end or edge of what slid through them has passed, where others still hold it.
 fn left(simulation: &Simulation) -> Option<String> {
-    let left = simulation.events().iter().filter(|event| event.let_go && event.what == LEFT);
-    let mut told: Vec<String> = left
+    let told = let_go(simulation, LEFT)?;
+    Some(format!(
+        "the end or edge of the shape has passed {told}, and nothing holds it there any more: where that is not meant, hold a place that stays (`fixed`), or pull less"
+    ))
+}
+
+/// That constraints let go because their loops are drawn shut.
+fn shut(simulation: &Simulation) -> Option<String> {
+    let told = let_go(simulation, SHUT)?;
+    Some(format!(
+        "loops are drawn shut at {told}, and nothing holds their places together any more: where that is not meant, pull less, end it sooner, or give it some `bending`"
+    ))
+}
+
+/// Which constraints let go by themselves for this, and when.
+fn let_go(simulation: &Simulation, why: &str) -> Option<String> {
+    let gone = simulation.events().iter().filter(|event| event.let_go && event.what == why);
+    let mut told: Vec<String> = gone
         .map(|event| format!("\"{}\" ({} s)", event.name, round(event.time, simulation.time())))
         .collect();
     let more = told.len().saturating_sub(LEFTS);
     told.truncate(LEFTS);
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-    (!told.is_empty()).then(|| {
-        format!(
-            "the end or edge of the shape has passed {}{more}, and nothing holds it there any more: where that is not meant, hold a place that stays (`fixed`), or \
-             pull less",
-            told.join(", ")
-        )
-    })
+    (!told.is_empty()).then(|| format!("{}{more}", told.join(", ")))
 }
 
 /// So many that let go are named in a warning.

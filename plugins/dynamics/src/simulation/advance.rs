@@ -16,6 +16,8 @@ pub(super) const KEPT: f64 = 5e-7;
 /// Steps are made shorter by this at least and at most where one does, so often at most.
 const SHORTER: [f64; 2] = [0.1, 0.7];
 const TIMES: usize = 10;
+/// Where implicit steps, halved as often as they are, end where nothing does what is asked, all of it is gone again by these shares of a step: a shorter one may have kept from where no way leads on.
+const FINER: [f64; 2] = [0.25, 0.0625];
 /// What sums of steps may miss of their time.
 const ROUNDED: f64 = 1e-9;
 
@@ -232,6 +234,14 @@ impl Simulation {
         before.remember(self);
         let alone = self.begin_to_look();
         let mut done = self.go_on(seconds);
+        for finer in FINER {
+            if !matches!(done, Err(DynamicsError::BlowsUp { .. } | DynamicsError::Vanishes { .. })) {
+                break;
+            }
+            before.back(self);
+            self.fineness = finer;
+            done = self.go_on(seconds);
+        }
         if done.is_ok() && alone {
             done = self.without_rise(seconds, &before, whole);
         }

@@ -124,6 +124,15 @@ impl Simulation {
         }
     }
 
+    /// What the mass of a body may be wrong by, as a share of it: 0, or as good as that, of all that is smooth within its cells; some 1e-7 of surfaces that have creases there
+    /// which run askew to their parameters. 0 of what stands still.
+    ///
+    /// # Errors
+    /// When there are not as many bodies.
+    pub fn missing_mass(&self, body: usize) -> Result<f64> {
+        Ok(self.body(body)?.mass.as_ref().map_or(0.0, |mass| mass.missing))
+    }
+
     /// How far the centre of a surface's mass is from that of its area, as it was at the start: of a tensor product mass is spread as the product of what there is in
     /// both directions, all of it but not quite where it is; 0 where the area element is such a product (parallelograms, cylinders, cones), and of curves.
     ///
