@@ -1,7 +1,7 @@
 //! Gram matrices of B-spline basis functions: `∫ N_i^(k) N_j^(k) du`, banded and exact.
 
 use super::space::{MAX_ORDER, Space};
-pub use crate::quadrature::gauss_legendre;
+pub use crate::quadrature::{gauss_legendre, gauss_lobatto};
 use crate::solve::Symmetric;
 
 impl Space {

@@ -7,6 +7,7 @@ use loftsman_dynamics::{
     sliding_tangent,
 };
 use loftsman_kernel::Point;
+use loftsman_kernel::shape::Location;
 use loftsman_kernel::spline::{Curve, Space, Surface};
 
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
@@ -212,4 +213,56 @@ impl ValueAt for Curve {
     fn value_at(&self, at: f64, times: usize) -> [f64; 3] {
         self.derivative(at, times).unwrap().into()
     }
+}
+
+/// Loops whose ends are pulled apart while rest is looked for: their places come together, which lets go and is told, or they stay as they follow one another; none goes through the other.
+#[test]
+fn no_loop_is_turned_inside_out() {
+    let (mut held, mut shut) = (0, 0);
+    for round in 0..60_u64 {
+        let mut chance = Chance(round + 600);
+        let mut random = move || chance.next();
+        random();
+        let degree = 2 + (5.0 * random()) as usize;
+        let n = degree + 5 + (9.0 * random()) as usize;
+        let space = Space::clamped_uniform(degree, n).unwrap();
+        let end = space.domain().1;
+        let at = |k: usize| {
+            let g = space.greville(k) / end;
+            let turn = std::f64::consts::TAU * 1.15 * g;
+            Point::new(0.4 * turn.sin() + 1.2 * (g - 0.5), 0.02 * (3.0 * g).sin(), -0.4 * turn.cos())
+        };
+        let rope = Curve::new(space.clone(), (0..n).map(at).collect()).unwrap();
+        // Where it comes nearest to itself.
+        let places = (0..200).flat_map(|i| (i + 40..=200).map(move |j| (i, j)));
+        let place = |k: usize| rope.point(end * k as f64 / 200.0).unwrap();
+        let all: Vec<Point> = (0..=200).map(place).collect();
+        let (i, j) = places
+            .min_by(|a, b| (all[a.0] - all[a.1]).norm().total_cmp(&(all[b.0] - all[b.1]).norm()))
+            .unwrap();
+        let both = [i, j].map(|k| end * k as f64 / 200.0);
+        let both = if random() < 0.5 { both } else { [both[1], both[0]] };
+        let (pull, gravity) = (0.2 + 2.3 * random(), if random() < 0.6 { 0.0 } else { -9.81 });
+        let [a, b] = [rope.points()[0], rope.points()[n - 1]].map(|p| p.coords);
+        let away = loftsman_kernel::Vector::x() * pull;
+        let mut simulation = Setup::new(Body::new(&rope).mass(0.1).stiffness(60.0))
+            .gravity([0.0, 0.0, gravity])
+            .hold(knot(both[0], both[1]))
+            .hold(fixed(0.0).to(<[f64; 3]>::from(a - away)))
+            .hold(fixed(end).to(<[f64; 3]>::from(b + away)))
+            .prepare()
+            .unwrap();
+        simulation.settle().unwrap();
+        if !simulation.holds(0).unwrap() {
+            assert!(simulation.events().iter().any(|e| e.what == "its loop is drawn shut"), "{round}");
+            shut += 1;
+            continue;
+        }
+        let [Location::Curve(now), Location::Curve(other)] = simulation.locations(0).unwrap()[..] else {
+            panic!("curves")
+        };
+        assert!((now - other) * (both[0] - both[1]) > 0.0, "{round}: {degree} {both:?} {now} {other}");
+        held += 1;
+    }
+    assert!(held >= 40 && shut >= 2, "{held} {shut}");
 }

@@ -126,3 +126,45 @@ fn what_is_at_rest_starts_at_rest() {
         .unwrap();
     assert_eq!(simulation.energy().kinetic, 0.0);
 }
+
+/// What a constraint misses when it comes is drawn in by `(1 + t/τ) e^(-t/τ)`, however short τ is beside what is stable and beside the frames, of what is fixed and of what slides.
+#[test]
+fn constraints_are_drawn_in_by_their_law() {
+    for degree in [1, 2, 3, 5] {
+        for draw in [1e-6, 1e-4, 1e-3, 0.01, 0.05, 0.2] {
+            for scheme in [Scheme::Exact, Scheme::Epsilon, Scheme::Implicit] {
+                for slides in [false, true] {
+                    let (length, missed) = (600.0, 6.0);
+                    let rope = line(degree, degree + 5, [0.0; 3], [length, 0.0, 0.0]);
+                    let end = rope.space().domain().1;
+                    let to = [if slides { 0.5 * length } else { length }, 0.0, missed];
+                    let held = if slides { sliding(0.5 * end).to(to) } else { fixed(end).to(to) };
+                    let setup = Setup::new(Body::new(&rope).mass(0.1).stiffness(1e4))
+                        .hold(fixed(0.0))
+                        .hold(held)
+                        .scheme(scheme)
+                        .draw(draw);
+                    let mut simulation = setup.prepare().unwrap();
+                    for frame in 1..8 {
+                        simulation.advance(0.02).unwrap();
+                        let t = 0.02 * f64::from(frame) / draw;
+                        let left = missed * (1.0 + t) * (-t).exp();
+                        let Location::Curve(at) = simulation.locations(1).unwrap()[0] else {
+                            panic!("a curve")
+                        };
+                        let shape = simulation.shape(0).unwrap();
+                        let now =
+                            shape.value(at.into(), loftsman_kernel::shape::Derivative::POSITION).unwrap();
+                        let misses = Vector::from(to) - now;
+                        let what =
+                            format!("{degree} {draw} {scheme:?} {slides} {frame}: {misses:?} for {left}");
+                        assert!(
+                            (misses.z - left).abs() < 0.01 * missed && misses.x.abs() < 0.01 * missed,
+                            "{what}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}

@@ -333,6 +333,12 @@ impl Link {
         self.offset.iter().all(|o| *o == [0.0; 2]) || time - self.since > 25.0 * self.draw
     }
 
+    /// The time constant by which it is drawn in, while what it lets itself miss is more than a millionth of what it missed.
+    pub(crate) fn drawing(&self, time: f64) -> Option<f64> {
+        let fades = self.offset.iter().any(|o| *o != [0.0; 2]) && time - self.since < 17.0 * self.draw;
+        (self.phase == Phase::Held && fades).then_some(self.draw)
+    }
+
     /// Whether it has come near to what it asks: what it misses beside what it lets itself miss is drift from then on.
     pub(crate) fn is_near(&self, time: f64) -> bool {
         self.is_drawn_in(time) || time - self.since > 10.0 * self.draw

@@ -181,6 +181,52 @@ impl Link {
         apart < length * slide.pace || within(low, high) || within(high, beyond)
     }
 
+    /// Which share of a way its two places on one curve can go until they meet, its parameters by these lengths; `None` where they do not.
+    pub(crate) fn meets(&self, by: &[f64]) -> Option<f64> {
+        let [
+            Place { body: a, location: Location::Curve(u), floats },
+            Place { body: b, location: Location::Curve(w), floats: other },
+        ] = &self.places[..]
+        else {
+            return None;
+        };
+        let slide = self.slides.first().filter(|_| a == b)?;
+        let mut ways = by.iter().zip(&self.slides).map(|(way, slide)| way * slide.pace);
+        let mut next = |floats: bool| if floats { ways.next().unwrap_or(0.0) } else { 0.0 };
+        let (first, second) = (next(*floats), next(*other));
+        let (apart, way) = (u - w, first - second);
+        let whole = slide.interval.end - slide.interval.start;
+        // Round a closed curve they meet on either side.
+        let (apart, ahead) =
+            if slide.interval.periodic { (apart.rem_euclid(whole), whole) } else { (apart, f64::INFINITY) };
+        let room = match apart >= 0.0 {
+            true if way < 0.0 => apart,
+            true => ahead - apart,
+            false if way > 0.0 => -apart,
+            false => f64::INFINITY,
+        };
+        (way.abs() >= room).then(|| room / way.abs())
+    }
+
+    /// Whether one of its places, put forth or back along its curve to another one, would go through its other place on the same.
+    pub(crate) fn passes(&self, place: usize, to: f64, forth: bool) -> bool {
+        let [
+            Place { body: a, location: Location::Curve(u), .. },
+            Place { body: b, location: Location::Curve(w), .. },
+        ] = &self.places[..]
+        else {
+            return false;
+        };
+        let Some(slide) = self.slides.first().filter(|_| a == b) else { return false };
+        let (own, other) = if place == 0 { (*u, *w) } else { (*w, *u) };
+        if !slide.interval.periodic {
+            return (own - other) * (to - other) <= 0.0;
+        }
+        let whole = slide.interval.end - slide.interval.start;
+        let way = |from: f64, to: f64| if forth { to - from } else { from - to }.rem_euclid(whole);
+        way(own, other) <= way(own, to)
+    }
+
     /// Puts its places back.
     pub(crate) fn put(&mut self, locations: &[Location]) {
         for (index, location) in locations.iter().enumerate() {

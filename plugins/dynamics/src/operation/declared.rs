@@ -61,7 +61,7 @@ pub(super) const FIELDS: [Field; 22] = [
         "draw",
         "number (seconds)",
         "0.05",
-        "the time in which a constraint draws in what it misses when it comes",
+        "the time constant by which what a constraint misses when it comes is drawn in: (1 + t/draw) e^(-t/draw) of it is left after t seconds, 4 % after five of them, a millionth after 17",
     ),
     Field::optional(
         "corners",

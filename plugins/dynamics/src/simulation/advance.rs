@@ -16,6 +16,8 @@ pub(super) const KEPT: f64 = 5e-7;
 /// Steps are made shorter by this at least and at most where one does, so often at most.
 const SHORTER: [f64; 2] = [0.1, 0.7];
 const TIMES: usize = 10;
+/// Explicit steps are no longer than this share of the time constant by which a constraint is being drawn in: they keep to how it is to within three thousandths of what it missed.
+const DRAWN: f64 = 0.125;
 /// Where implicit steps, halved as often as they are, end where nothing does what is asked, all of it is gone again by these shares of a step: a shorter one may have kept from where no way leads on.
 const FINER: [f64; 2] = [0.25, 0.0625];
 /// What sums of steps may miss of their time.
@@ -281,12 +283,21 @@ impl Simulation {
             if needed > MOST {
                 return Err(DynamicsError::TooStiff { needed, step: seconds, stable: limit });
             }
-            self.step(left / needed)?;
+            self.step(left / needed.max(self.resolving(left)))?;
         }
         // Sums of steps are rounded; their end is not.
         self.time = end;
         self.agree()?;
         self.bounded(self.length, true)
+    }
+
+    /// In how many explicit steps a time has to be gone so that they follow how constraints are drawn in now.
+    fn resolving(&self, seconds: f64) -> f64 {
+        if self.scheme == Scheme::Implicit {
+            return 1.0;
+        }
+        let draws = self.links.iter().filter_map(|link| link.drawing(self.time));
+        draws.fold(1.0, |most, draw| most.max((seconds / (DRAWN * draw)).ceil()))
     }
 
     /// The longest step that is taken now.

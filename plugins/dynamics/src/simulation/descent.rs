@@ -1,6 +1,7 @@
 //! A step towards rest: how far a direction can be gone, and what it misses put right.
 
 use loftsman_kernel::Point;
+use smallvec::SmallVec;
 
 use super::Simulation;
 use super::tangent::{Tangent, dot};
@@ -11,6 +12,8 @@ use crate::stiffness::Part;
 /// A step moves bodies by this share of the size (their root mean square), and places by the second along their shapes, no farther.
 const FAR: f64 = 0.25;
 const SLIDES: f64 = 0.1;
+/// Both places of a loop come nearer by this share of the way between them in a step at most: none goes through the other, a loop that is drawn shut is seen to be.
+const CLOSER: f64 = 0.9;
 /// What a step must lessen of what it promises.
 const SOUND: f64 = 1e-4;
 /// A step is halved as often as this before its direction is given up.
@@ -104,6 +107,9 @@ impl Simulation {
         let time = self.time;
         for (index, link) in self.links.iter_mut().enumerate().filter(|(_, link)| link.is_held()) {
             let mut leaves = false;
+            if let Some(meets) = link.meets(&by[parameter..]) {
+                share = share.min(CLOSER * meets);
+            }
             let ats = link.parameters();
             for (own, (slide, at)) in link.slides.iter().zip(ats).enumerate() {
                 let way = by[parameter];
@@ -220,7 +226,9 @@ impl Simulation {
             parameter += own.len();
             let ats = link.parameters();
             let stop = |k: usize| tangent.corners.stop(index, k, &link.slides[k], ats[k], alpha * own[k]);
-            let (places, _) = link.moved(stop);
+            let ways: SmallVec<[f64; 4]> = (0..own.len()).map(stop).collect();
+            let short = link.meets(&ways).map_or(1.0, |meets| CLOSER * meets);
+            let (places, _) = link.moved(|k| short * ways[k]);
             link.put(&places);
         }
     }

@@ -112,6 +112,10 @@ impl Simulation {
         let mut places: crate::link::Places = link.locations().collect();
         let Location::Curve(at) = places[slider.place] else { return Ok(false) };
         let Some(to) = slider.target(at, by).filter(|_| link.is_held()) else { return Ok(false) };
+        // Not through the other place of its own loop.
+        if link.passes(slider.place, to, by > 0) {
+            return Ok(false);
+        }
         let mut start = Start::default();
         start.remember(self);
         let (before, sizes) = self.potential();
