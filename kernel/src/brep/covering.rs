@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::form::{Frame, SurfaceForm};
+use super::{Frame, SurfaceForm};
 use crate::error::{Error, Result};
 use crate::spline::{Curve, Space, Surface};
 use crate::{Point, Vector};

@@ -12,7 +12,6 @@ mod build;
 mod closest;
 mod covering;
 mod flaws;
-mod form;
 mod inside;
 mod loose;
 mod moved;
@@ -26,11 +25,12 @@ mod tests;
 
 pub use closest::FacePlace;
 pub use flaws::Flaw;
-pub use form::{CurveForm, Frame, SurfaceForm};
 pub use loose::{Moving, Opening};
 pub use nesting::{LoopFlaw, is_around};
 pub use parts::{Edge, Face, Parts, Shell, Solid, Use, Vertex};
 pub use projection::Projected;
+
+pub use crate::spline::form::{CurveForm, Frame, SurfaceForm};
 
 use crate::Point;
 use crate::spline::{Curve, Space, Surface};

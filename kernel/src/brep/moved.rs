@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, Matrix4};
 
-use super::form::Similarity;
 use super::{Brep, CurveForm, SurfaceForm};
 use crate::error::{Error, Result};
+use crate::spline::form::Similarity;
 use crate::{Point, Vector};
 
 impl Brep {

@@ -1,6 +1,6 @@
 //! What a Brep is made of.
 
-use super::form::{CurveForm, SurfaceForm};
+use super::{CurveForm, SurfaceForm};
 use crate::Point;
 use crate::spline::trimmed::ParameterCurve;
 use crate::spline::{Curve, Surface};

@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Matrix4};
 use crate::error::{Error, Result};
 use crate::mesh::{Cloud, Mesh, Polyline};
 use crate::scene::{Definition, Geometry, Object, Scene, Unit, Up};
+use crate::spline::form::affine;
 use crate::spline::{Curve, Surface};
 use crate::{Point, Vector};
 
@@ -37,6 +38,7 @@ impl Geometry {
     /// The geometry moved by an affine map (the last row is taken as `0 0 0 1`).
     ///
     /// Groups and instances have no points and stay as they are. Splines follow their control vertices; their weights stay, and loops stay where they are in the parameter plane.
+    /// What is a circle or a cylinder beside a spline stays one where the map keeps angles.
     /// Normals follow the cofactor matrix, tangents the map itself, and both come
     /// out with unit length; a map that mirrors reverses the faces, so that outside stays outside. `O(points)`.
     ///
@@ -46,13 +48,14 @@ impl Geometry {
         let moved = self.points().iter().map(|p| transform_point(map, p)).collect();
         match self {
             Self::Mesh(mesh) => Ok(Self::Mesh(transform_mesh(mesh, moved, map)?)),
+            Self::Curve(curve) => Ok(Self::Curve(curve.transformed(map)?)),
             Self::Brep(brep) => Ok(Self::Brep(brep.transformed(moved, map)?)),
             other => other.with_points(moved),
         }
     }
 
     /// The same geometry with other points ([`points`](Self::points)): what it is in a frame of its animation. A mesh's
-    /// normals stay. `O(points)`.
+    /// normals stay; what was a circle beside a spline is a spline only, unless nothing moves. `O(points)`.
     ///
     /// # Errors
     /// When there are more or fewer points than it has, or a coordinate is not finite; [`Error::UnknownKind`] where
@@ -66,6 +69,7 @@ impl Geometry {
         Ok(match self {
             Self::Group => Self::Group,
             Self::Instance(definition) => Self::Instance(definition.clone()),
+            Self::Curve(curve) if points == curve.points() => Self::Curve(curve.clone()),
             Self::Curve(curve) => Self::Curve(Curve::build(
                 curve.space().clone(),
                 points,
@@ -93,8 +97,7 @@ fn surface_through(surface: &Surface, points: Vec<Point>) -> Result<Surface> {
 
 /// An affine map on a point: `A p + t`.
 pub fn transform_point(map: &Matrix4<f64>, p: &Point) -> Point {
-    let row = |i: usize| map[(i, 0)] * p.x + map[(i, 1)] * p.y + map[(i, 2)] * p.z + map[(i, 3)];
-    Point::new(row(0), row(1), row(2))
+    affine(map, p)
 }
 
 fn finite(points: Vec<Point>) -> Result<Vec<Point>> {

@@ -1,8 +1,10 @@
 //! B-spline curves: polynomial and rational, open and periodic.
 
+use nalgebra::Matrix4;
 use smallvec::smallvec;
 
 use super::binomial;
+use super::form::{CurvePiece, affine};
 use super::space::{MAX_ORDER, Space};
 use crate::error::{Error, MAX_DEGREE, Result};
 use crate::shape::{Cells, Derivative, Domain, Grid, Interval, Location, Refine, Shape, Sides, Stencil};
@@ -10,11 +12,15 @@ use crate::solve::Symmetric;
 use crate::{Point, Vector};
 
 /// A B-spline curve `C(u) = Σ N_i(u) P_i`, or, with weights, `C(u) = Σ w_i N_i(u) P_i / Σ w_i N_i(u)`.
+///
+/// One that is a line or a piece of a conic may have that [beside it](Self::form), for files that know such things.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
     space: Space,
     points: Vec<Point>,
     weights: Option<Vec<f64>>,
+    /// Checked against the others; whoever changes one of them drops it.
+    form: Option<Box<CurvePiece>>,
 }
 
 impl Curve {
@@ -44,7 +50,56 @@ impl Curve {
             return Err(knot_count(&space, points.len()));
         }
         check_net(&points, weights.as_deref())?;
-        Ok(Self { space, points, weights })
+        Ok(Self { space, points, weights, form: None })
+    }
+
+    /// What it is beside a spline: a line, or a piece of a conic; `None` where nothing says so.
+    ///
+    /// Whatever makes another curve of this one, or changes a vertex, makes one without a form; only [`transformed`](Self::transformed) takes it along.
+    pub fn form(&self) -> Option<&CurvePiece> {
+        self.form.as_deref()
+    }
+
+    /// The same curve with what it is beside a spline. `O(vertices)`.
+    ///
+    /// ```
+    /// use loftsman_kernel::{Point, Vector, brep::{CurveForm, Frame}, spline::{Curve, CurvePiece}};
+    /// let arc = Curve::elliptic_arc(Point::origin(), Vector::x() * 2.0, Vector::y() * 2.0, 0.5, 1.0)?;
+    /// let frame = Frame { origin: Point::origin(), x: Vector::x(), z: Vector::z() };
+    /// let circle = CurvePiece { form: CurveForm::Circle { frame, radius: 2.0 }, range: [0.5, 1.5] };
+    /// assert!(arc.clone().with_form(circle)?.form().is_some());
+    /// assert!(arc.with_form(CurvePiece { range: [0.5, 1.6], ..circle }).is_err());
+    /// # Ok::<(), loftsman_kernel::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// When it is not that, [to rounding](CurvePiece::check).
+    pub fn with_form(mut self, form: CurvePiece) -> Result<Self> {
+        form.check(&self)?;
+        self.form = Some(Box::new(form));
+        Ok(self)
+    }
+
+    /// The same curve as a spline and no more.
+    #[must_use]
+    pub fn without_form(mut self) -> Self {
+        self.form = None;
+        self
+    }
+
+    /// The curve moved by an affine map (the last row is taken as `0 0 0 1`): its control vertices are, and its weights stay. Its form goes along where
+    /// the map keeps that: a line is one under any map, a conic where angles stay. `O(vertices)`.
+    ///
+    /// # Errors
+    /// When a coordinate overflows.
+    pub fn transformed(&self, map: &Matrix4<f64>) -> Result<Self> {
+        let points = self.points.iter().map(|p| affine(map, p)).collect();
+        let moved = Self::build(self.space.clone(), points, self.weights.clone())?;
+        let form = self.form.as_ref().and_then(|form| form.moved(map));
+        Ok(match form.filter(|form| form.check(&moved).is_ok()) {
+            Some(form) => Self { form: Some(Box::new(form)), ..moved },
+            None => moved,
+        })
     }
 
     /// The Bézier curve of degree `points.len() - 1` over `[0, 1]`.
@@ -322,6 +377,7 @@ impl Shape for Curve {
     }
 
     fn control_vertices_mut(&mut self) -> &mut [Point] {
+        self.form = None;
         &mut self.points
     }
 

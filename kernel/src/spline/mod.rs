@@ -19,6 +19,7 @@
 //! * [`elevate`]: degree elevation.
 //! * [`extrude`]: extrusions and ruled surfaces.
 //! * [`foot`]: the foot of a point on a surface, from a place nearby.
+//! * [`form`]: what curves and surfaces are beside splines: lines, circles, cylinders and their like.
 //! * [`gram`]: Gram matrices of basis functions.
 //! * [`hodograph`]: the derivative as a spline.
 //! * [`insert`]: knot insertion.
@@ -56,6 +57,7 @@ mod edges;
 pub mod elevate;
 pub mod extrude;
 pub mod foot;
+pub mod form;
 pub mod gram;
 pub mod hodograph;
 pub mod insert;
@@ -86,6 +88,7 @@ pub use catmull_rom::{CatmullRom, Spacing};
 pub use closing::ParameterSide;
 pub use conversion::{Conversion, Direction};
 pub use curve::Curve;
+pub use form::CurvePiece;
 pub(crate) use gram::smoothness_of_product;
 pub use lift::Lifted;
 pub use region::ParameterRegion;

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use loftsman_kernel::brep::{CurveForm, Frame};
-use loftsman_kernel::spline::{Curve, Space as Knots};
+use loftsman_kernel::spline::{Curve, CurvePiece, Space as Knots};
 use loftsman_kernel::{Point, Vector};
 
 use super::entity::{Args, At, Got, Problem, deeper, real};
@@ -85,7 +85,7 @@ impl Space<'_, '_> {
         Knots::clamped(1, &knots).and_then(|space| Curve::new(space, points)).at(entity.number)
     }
 
-    /// A curve with ends, as a spline.
+    /// A curve with ends, as a spline that keeps what it is.
     pub(crate) fn bounded(&self, number: u64, depth: usize) -> Got<Curve> {
         let depth = deeper(number, depth)?;
         let entity = self.entity(number)?;
@@ -99,7 +99,9 @@ impl Space<'_, '_> {
             b"EDGE_CURVE" => self.edge_curve(&entity, depth),
             _ => match self.basis(number, depth)?.0 {
                 Basis::Spline(curve) => Ok(curve),
-                basis @ Basis::Ellipse { .. } => basis.piece(0.0, TAU, number),
+                basis @ Basis::Ellipse { .. } => {
+                    Ok(basis.formed(basis.piece(0.0, TAU, number)?, [0.0, TAU], true))
+                }
                 _ => Err(Problem::new(number, format!("{} has no ends", entity.kinds()))),
             },
         }
@@ -113,9 +115,23 @@ impl Space<'_, '_> {
         let points = [point(ends[0])?, point(ends[1])?];
         let (basis, along) = self.basis(args.reference(3)?, depth)?;
         let near = self.units.tolerance.max(1e-6 * (points[1] - points[0]).amax());
-        let found = basis.edge(points, ends[0] == ends[1], along == args.flag(4)?, near, number)?;
-        let curve = found.curve.between(found.range.0, found.range.1).at(number)?;
-        if found.reversed { curve.reverse().at(number) } else { Ok(curve) }
+        let along = along == args.flag(4)?;
+        let closes = ends[0] == ends[1];
+        let found = basis.edge(points, closes, along, near, number)?;
+        let curve = if found.range == found.curve.domain() && found.curve.space().is_clamped() {
+            found.curve
+        } else {
+            found.curve.between(found.range.0, found.range.1).at(number)?
+        };
+        let curve = if found.reversed { curve.reverse().at(number)? } else { curve };
+        let [a, b] = points.map(|p| basis.parameter(p));
+        let (low, high) = if along { (a.at(number)?, b.at(number)?) } else { (b.at(number)?, a.at(number)?) };
+        let high = match basis {
+            Basis::Ellipse { .. } if closes => low + TAU,
+            Basis::Ellipse { .. } => low + turn(high - low),
+            _ => high,
+        };
+        Ok(basis.formed(curve, [low, high], along))
     }
 
     /// A TRIMMED_CURVE: of both ways to say where it ends the one that the file prefers.
@@ -137,9 +153,29 @@ impl Space<'_, '_> {
             Basis::Spline(curve) if low >= high && !curve.is_periodic() => {
                 closed_part(curve, low, high).at(number)?
             }
+            Basis::Line { .. } => {
+                let (from, to) = if along { (2, 3) } else { (3, 2) };
+                let line = basis.piece(low, high, number)?;
+                let ends = [(line.points()[0], from), (line.points()[1], to)];
+                let [a, b] = ends.map(|(end, index)| self.named_end(&args, index, end));
+                Curve::line(a?, b?).at(number)?
+            }
             basis => basis.piece(low, high, number)?,
         };
-        if along { Ok(curve) } else { curve.reverse().at(number) }
+        let curve = if along { curve } else { curve.reverse().at(number)? };
+        Ok(basis.formed(curve, [low, high], along))
+    }
+
+    /// The end of a line as the point that the file names there, where that is the same but for rounding.
+    fn named_end(&self, args: &Args<'_, '_>, index: usize, end: Point) -> Got<Point> {
+        for value in args.list(index)? {
+            if let Value::Reference(number) = value {
+                let named = self.point(*number)?;
+                let near = 16.0 * f64::EPSILON * named.coords.amax();
+                return Ok(if (named - end).amax() <= near { named } else { end });
+            }
+        }
+        Ok(end)
     }
 
     fn trim(&self, args: &Args<'_, '_>, index: usize, basis: &Basis, by_points: bool) -> Got<f64> {
@@ -286,6 +322,17 @@ impl Basis {
             }
         }
         .at(number)
+    }
+
+    /// A part of it, from one parameter to another or the other way, with what it is beside a spline.
+    fn formed(&self, curve: Curve, range: [f64; 2], along: bool) -> Curve {
+        let piece = match self {
+            Self::Spline(_) => return curve,
+            Self::Line { .. } => CurvePiece::LINE,
+            _ => CurvePiece { form: self.form(true), range },
+        };
+        // Of what cannot be computed with to rounding (a circle much smaller than its coordinates) the spline is left.
+        curve.clone().with_form(if along { piece } else { piece.reversed() }).unwrap_or(curve)
     }
 
     /// What it is beside a spline, where an edge runs along it or against it.

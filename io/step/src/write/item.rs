@@ -84,10 +84,12 @@ pub(crate) fn put(p: &mut Printer, geometry: &Geometry, name: &str) -> loftsman_
     let written = match geometry {
         Geometry::Group | Geometry::Instance(_) => return Ok(Put::Nothing),
         Geometry::Curve(curve) => {
-            let plain = curve.clamped()?;
-            let number = p.curve(&plain);
-            let mut items =
-                Items::one(p, "GEOMETRIC_CURVE_SET", name, &[number], Carrier::Curve, "B-spline curve");
+            let formed = p.formed(curve);
+            let (number, form) = match formed {
+                Some(formed) => formed,
+                None => (p.curve(curve.clamped()?.as_ref()), "B-spline curve"),
+            };
+            let mut items = Items::one(p, "GEOMETRIC_CURVE_SET", name, &[number], Carrier::Curve, form);
             items.changes.extend(curve.change_when_clamped());
             items
         }

@@ -3,6 +3,7 @@
 mod brep;
 mod context;
 mod facets;
+mod form;
 mod item;
 mod parameters;
 mod print;

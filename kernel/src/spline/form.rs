@@ -1,11 +1,15 @@
-//! What curves and surfaces of a Brep are beside splines: lines, circles, planes, cylinders and their like.
+//! What curves, and surfaces of a Brep, are beside splines: lines, circles, planes, cylinders and their like.
+
+mod piece;
 
 use std::f64::consts::FRAC_PI_2;
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Matrix4};
 
 use crate::error::{Error, Result};
 use crate::{Point, Vector};
+
+pub use piece::CurvePiece;
 
 /// A place and two directions at right angles: where an elementary curve or surface is. All of unit length; `y = z × x`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,14 +32,18 @@ impl Frame {
             return None;
         }
         let z = direction(&z)?;
+        // What is at right angles to rounding stays to the bit, so that a frame of a frame's own directions is the same.
+        let part = |v: Vector| {
+            let lean = z.dot(&v);
+            if lean.abs() <= ROUNDING { v } else { v - z * lean }
+        };
         let across = |v: Vector| {
-            let v = direction(&v)?;
-            let part = v - z * z.dot(&v);
+            let part = part(direction(&v)?);
             if part.norm() > 1e-9 { direction(&part) } else { None }
         };
         let x = across(toward).or_else(|| across(Vector::ith(z.iamin(), 1.0)))?;
         // Once more: where the two were nearly along one another, the first part kept some of `z`.
-        let x = direction(&(x - z * z.dot(&x)))?;
+        let x = direction(&part(x))?;
         Some(Self { origin, x, z })
     }
 
@@ -50,8 +58,14 @@ impl Frame {
     }
 }
 
-/// A vector of unit length, whatever its own is.
+/// So far from 1 is the square of a length of 1 whose coordinates are rounded, and from 0 the product of two directions at right angles.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// A vector of unit length, whatever its own is; one of unit length stays as it is.
 fn direction(v: &Vector) -> Option<Vector> {
+    if (v.norm_squared() - 1.0).abs() <= ROUNDING {
+        return Some(*v);
+    }
     let largest = v.amax();
     if !(largest > 0.0 && largest.is_finite()) {
         return None;
@@ -59,8 +73,8 @@ fn direction(v: &Vector) -> Option<Vector> {
     (v / largest).try_normalize(0.0)
 }
 
-/// Which set of points the spline of an edge is a part of. A spline of another form than [`Spline`](Self::Spline) is exactly
-/// (to rounding) on it; programs that know the form are told it.
+/// Which set of points the spline of an edge, or a [curve by itself](crate::spline::Curve::with_form), is a part of. A spline of another form
+/// than [`Spline`](Self::Spline) is exactly (to rounding) on it; programs that know the form are told it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum CurveForm {
     /// None but its own.
@@ -189,7 +203,7 @@ fn sizes<const N: usize>(sizes: [f64; N]) -> Result<()> {
 
 impl CurveForm {
     /// That its numbers can be.
-    pub(super) fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         match self {
             Self::Spline | Self::Line => Ok(()),
             Self::Circle { frame, radius } => frame.check().and_then(|()| sizes([*radius])),
@@ -203,7 +217,7 @@ impl CurveForm {
 
 impl SurfaceForm {
     /// That its numbers can be.
-    pub(super) fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         match self {
             Self::Spline => Ok(()),
             Self::Plane { frame } => frame.check(),
@@ -234,8 +248,14 @@ impl SurfaceForm {
     }
 }
 
+/// An affine map on a point: `A p + t`.
+pub(crate) fn affine(map: &Matrix4<f64>, p: &Point) -> Point {
+    let row = |i: usize| map[(i, 0)] * p.x + map[(i, 1)] * p.y + map[(i, 2)] * p.z + map[(i, 3)];
+    Point::new(row(0), row(1), row(2))
+}
+
 /// A map `p → A p + t` that keeps angles, and by what it stretches.
-pub(super) struct Similarity<'m> {
+pub(crate) struct Similarity<'m> {
     linear: &'m Matrix3<f64>,
     shift: Vector,
     /// The factor of lengths.
@@ -244,7 +264,7 @@ pub(super) struct Similarity<'m> {
 
 impl<'m> Similarity<'m> {
     /// `None` where the map does not keep angles to within some rounding.
-    pub(super) fn of(linear: &'m Matrix3<f64>, shift: Vector) -> Option<Self> {
+    pub(crate) fn of(linear: &'m Matrix3<f64>, shift: Vector) -> Option<Self> {
         let largest = linear.amax();
         if !(largest > 0.0 && largest.is_finite()) {
             return None;
@@ -263,7 +283,7 @@ impl<'m> Similarity<'m> {
 
 impl CurveForm {
     /// The form of the curve moved; [`Spline`](Self::Spline) where `map` is none that keeps it.
-    pub(super) fn moved(&self, map: Option<&Similarity<'_>>) -> Self {
+    pub(crate) fn moved(&self, map: Option<&Similarity<'_>>) -> Self {
         let moved = |form: &Self| {
             let map = map?;
             Some(match form {
@@ -328,7 +348,7 @@ impl SurfaceForm {
     }
 
     /// The form of the surface moved; [`Spline`](Self::Spline) where `map` is none that keeps it.
-    pub(super) fn moved(&self, map: Option<&Similarity<'_>>) -> Self {
+    pub(crate) fn moved(&self, map: Option<&Similarity<'_>>) -> Self {
         let moved = || {
             let map = map?;
             let frame = |frame: &Frame| map.frame(frame);
