@@ -6,7 +6,7 @@ use loftsman_kernel::Point;
 use loftsman_kernel::brep::{Brep, Flaw};
 use loftsman_kernel::plugin::{CustomShape, Fineness};
 use loftsman_kernel::scene::Geometry;
-use loftsman_kernel::spline::{Curve, Surface};
+use loftsman_kernel::spline::{Curve, CurvePiece, Surface};
 
 use crate::measures::{Measures, closed, of_brep};
 
@@ -41,6 +41,9 @@ pub struct ObjectFacts {
     /// Whether it has a transform of its own.
     #[serde(skip_serializing_if = "is_false")]
     pub transformed: bool,
+    /// What a curve is beside a spline: `"line"`, `"circle"`, `"arc of a circle"` and their like.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub form: Option<&'static str>,
     /// Degree of a curve, or degrees along `u` and `v` of a surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub degree: Option<Degree>,
@@ -212,6 +215,7 @@ fn plain(geometry: &Geometry) -> ObjectFacts {
 fn curve(curve: &Curve, facts: ObjectFacts) -> ObjectFacts {
     let (start, end) = curve.domain();
     ObjectFacts {
+        form: curve.form().map(CurvePiece::noun),
         degree: Some(Degree::Curve(curve.degree())),
         rational: Some(curve.weights().is_some()),
         periodic: vec![curve.is_periodic()],

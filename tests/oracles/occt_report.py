@@ -11,6 +11,7 @@ OpenCASCADE does by default depends on how a surface is parametrised.
 
 Behind FILE may stand
   --assembled  of an IGES file also how many solids the reader of assemblies with names and colours shows
+  --curves     also what its edges are: the kind of curve, its length, where it starts and ends, and its sizes
   --meshed     also the volume of OpenCASCADE's own triangles, 1e-4 of the size from the faces: its integration of rational
                faces can be off by some hundredths, whatever it is asked for
 """
@@ -90,6 +91,27 @@ def meshed(shape, size):
     return total
 
 
+def curves(shape):
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+    from OCP.GCPnts import GCPnts_AbscissaPoint
+    from OCP.GeomAbs import GeomAbs_CurveType as Kind
+    from OCP.TopoDS import TopoDS
+    sizes = {Kind.GeomAbs_Circle: lambda c: [c.Circle().Radius()],
+             Kind.GeomAbs_Ellipse: lambda c: [c.Ellipse().MajorRadius(), c.Ellipse().MinorRadius()],
+             Kind.GeomAbs_Parabola: lambda c: [c.Parabola().Focal()],
+             Kind.GeomAbs_Hyperbola: lambda c: [c.Hyperbola().MajorRadius(), c.Hyperbola().MinorRadius()]}
+    some = []
+    for edge in found(shape, "edge"):
+        curve = BRepAdaptor_Curve(TopoDS.Edge(edge))
+        ends = [curve.Value(t) for t in (curve.FirstParameter(), curve.LastParameter())]
+        middle = curve.Value(0.5 * (curve.FirstParameter() + curve.LastParameter()))
+        some.append({"kind": str(curve.GetType()).split("_")[-1].lower(),
+                     "length": GCPnts_AbscissaPoint.Length_s(curve, 1e-12),
+                     "places": [[p.X(), p.Y(), p.Z()] for p in [ends[0], middle, ends[1]]],
+                     "sizes": sizes.get(curve.GetType(), lambda c: [])(curve)})
+    return some
+
+
 def report(path, more=()):
     if path.lower().endswith((".igs", ".iges")):
         reader = IGESControl_Reader()
@@ -112,6 +134,8 @@ def report(path, more=()):
               "volume": sum(mass(BRepGProp.VolumeProperties_s, solid) for solid in found(shape, "solid"))}
     if "--assembled" in more and isinstance(reader, IGESControl_Reader):
         answer["assembled"] = assembled(path)
+    if "--curves" in more:
+        answer["curves"] = curves(shape)
     if "--meshed" in more:
         answer["meshed"] = meshed(shape, low.Distance(high))
     return answer

@@ -7,6 +7,8 @@ mod blender_curves;
 mod enclosed;
 mod every_file;
 mod example;
+#[cfg(all(feature = "step", feature = "iges"))]
+mod forms;
 mod gltf;
 #[cfg(feature = "iges")]
 mod iges;

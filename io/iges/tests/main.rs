@@ -2,6 +2,7 @@
 
 mod common;
 mod files;
+mod forms;
 mod geometry;
 mod hostile;
 mod round_trip;

@@ -62,7 +62,9 @@
 //! A `form` says what a curve or surface is beside a spline, to rounding: a `kind`, and but for `"line"` where it is (`origin`, `x` and the
 //! axis `z`, of unit length): `"circle"`, `"cylinder"` and `"sphere"` have a `radius`, `"ellipse"` `radii`, `"cone"` `radius` and `angle` (half of it, in radians),
 //! `"torus"` `major` and `minor`, `"plane"` no more, `"parabola"` its `focal` length, `"hyperbola"` `radii` as the ellipse. An `"extrusion"` has the vector
-//! `along` instead of a place, a `"revolution"` its axis `z`; both the form of the swept curve as their `profile`, where that is more than a spline. Loops that do not close, and solids whose shells do not, are errors.
+//! `along` instead of a place, a `"revolution"` its axis `z`; both the form of the swept curve as their `profile`, where that is more than a spline. A curve that is an object
+//! may have a `form`, too, of a line or conic; there it says as well which piece, `from` and `to`: angles of a circle or ellipse from `x` on, `t` of `f t² x + 2 f t y` (parabola) or of
+//! `a cosh t x + b sinh t y` (hyperbola), the second more than the first, `y` being `z` × `x`. A form that is not the curve's, to rounding, is refused. Loops that do not close, and solids whose shells do not, are errors.
 //!
 //! A mesh may have the layers `normals`, `tangents` (`[x, y, z, sign]`), `uvs`, `more_uvs` (a list of layers) and `colors` (linear red, green, blue,
 //! alpha). A layer is a list, one value a point, or a table `{ "values": […], "corners": […] }` with the index of the

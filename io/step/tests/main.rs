@@ -3,6 +3,7 @@
 mod common;
 mod editing;
 mod files;
+mod forms;
 mod geometry;
 mod hostile;
 mod parameters;

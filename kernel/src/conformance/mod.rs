@@ -13,6 +13,7 @@
 mod declaration;
 mod dependent;
 mod format;
+mod forms;
 mod functional;
 mod kind;
 mod operation;
@@ -23,6 +24,7 @@ mod solver;
 
 pub use declaration::{declaration_conformance, declared_functional_conformance};
 pub use format::{format_conformance, sample_assembly, sample_scene};
+pub use forms::{same_forms, sample_forms};
 pub use functional::{functional_conformance, sample_shapes};
 pub use kind::kind_conformance;
 pub use operation::operation_conformance;

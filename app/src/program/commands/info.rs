@@ -267,6 +267,7 @@ fn object(object: &ObjectFacts, unit: Unit) -> String {
     }
     facts.extend(object.label.as_ref().map(|label| format!("labelled {label}")));
     facts.extend(object.shows.as_ref().map(|definition| format!("of {definition}")));
+    facts.extend(object.form.map(str::to_owned));
     match object.degree {
         Some(Degree::Curve(p)) => facts.push(format!("degree {p}")),
         Some(Degree::Surface([p, q])) => facts.push(format!("degree {p}×{q}")),

@@ -10,6 +10,9 @@ use super::curve::Run;
 use super::entity::{At, Entity, Got, Problem};
 use super::pace::Pace;
 
+/// A discriminant of no more than this, where the largest coefficient of the squares is 1, is that of a parabola.
+const FLAT: f64 = 1e-12;
+
 /// The equation of a conic.
 struct Conic {
     a: f64,
@@ -34,7 +37,7 @@ pub(crate) fn conic(entity: &Entity<'_, '_>) -> Got<Run> {
     let conic = Conic { a, b, c, d, e, f };
     let (start, end) = (Point::new(x1, y1, z), Point::new(x2, y2, z));
     let discriminant = b * b - 4.0 * a * c;
-    if discriminant < -1e-12 { conic.ellipse(start, end, place) } else { conic.open(start, end, place) }
+    if discriminant < -FLAT { conic.ellipse(start, end, place) } else { conic.open(start, end, place) }
 }
 
 impl Conic {
@@ -54,11 +57,7 @@ impl Conic {
         let center =
             Point::new((b * e - 2.0 * c * d) / discriminant, (b * d - 2.0 * a * e) / discriminant, start.z);
         let value = -self.polar(&center, &center);
-        // The directions in which the form has its extremes, and these.
-        let angle = 0.5 * b.atan2(a - c);
-        let (sin, cos) = angle.sin_cos();
-        let first = a * cos * cos + b * sin * cos + c * sin * sin;
-        let second = a * sin * sin - b * sin * cos + c * cos * cos;
+        let ([x, y], [first, second]) = self.axes();
         let radii = [(value / first).sqrt(), (value / second).sqrt()];
         if !radii.iter().all(|r| *r > 0.0 && r.is_finite()) {
             return Err(Problem::new(
@@ -66,7 +65,6 @@ impl Conic {
                 "an ellipse without points: its coefficients are of no real one",
             ));
         }
-        let (x, y) = (Vector::new(cos, sin, 0.0), Vector::new(-sin, cos, 0.0));
         let at = |p: Point| {
             let v = p - center;
             (v.dot(&y) / radii[1]).atan2(v.dot(&x) / radii[0])
@@ -76,11 +74,49 @@ impl Conic {
         let sweep = if !(1e-9..=TAU - 1e-9).contains(&sweep) { TAU } else { sweep };
         let curve = Curve::elliptic_arc(center, x * radii[0], y * radii[1], from, sweep).at(place)?;
         let (low, high) = curve.domain();
+        let range = [from, from + sweep];
         let from = from.rem_euclid(TAU);
         let pace = Pace::turn([from, from + sweep], [low, high], curve.space().spans().count(), sweep);
         let frame = Frame::new(center, Vector::z(), x);
         let form = frame.map_or(CurveForm::Spline, |frame| CurveForm::Ellipse { frame, radii });
-        Ok(Run { curve, pace, form })
+        Ok(Run { curve, pace, form, range })
+    }
+
+    /// The directions in which the quadratic form has its extremes, and these.
+    fn axes(&self) -> ([Vector; 2], [f64; 2]) {
+        let Self { a, b, c, .. } = *self;
+        // In standard position the axes are those of the plane, to the bit.
+        let (sin, cos) = if b == 0.0 { (0.0, 1.0) } else { (0.5 * b.atan2(a - c)).sin_cos() };
+        let first = a * cos * cos + b * sin * cos + c * sin * sin;
+        let second = a * sin * sin - b * sin * cos + c * cos * cos;
+        ([Vector::new(cos, sin, 0.0), Vector::new(-sin, cos, 0.0)], [first, second])
+    }
+
+    /// What a parabola is: in the axes `k v² + l u + m v + f = 0`.
+    fn parabola(&self, z: f64) -> Option<CurveForm> {
+        let ([x, y], [first, second]) = self.axes();
+        let linear = |axis: Vector| self.d * axis.x + self.e * axis.y;
+        let (along, across, k) = if first.abs() < second.abs() { (x, y, second) } else { (y, x, first) };
+        let (l, m) = (linear(along), linear(across));
+        let v = -0.5 * m / k;
+        let u = (k * v * v - self.f) / l;
+        let origin = Point::from(along * u + across * v) + Vector::z() * z;
+        let frame = Frame::new(origin, Vector::z(), along * -(l / k).signum())?;
+        Some(CurveForm::Parabola { frame, focal: 0.25 * (l / k).abs() })
+    }
+
+    /// What a hyperbola is: the branch that a point is on.
+    fn hyperbola(&self, on: Point) -> Option<CurveForm> {
+        let Self { a, b, c, d, e, .. } = *self;
+        let discriminant = 4.0 * a * c - b * b;
+        let center =
+            Point::new((b * e - 2.0 * c * d) / discriminant, (b * d - 2.0 * a * e) / discriminant, on.z);
+        let value = -self.polar(&center, &center);
+        let ([x, y], [first, second]) = self.axes();
+        let (along, own, other) = if value / first > 0.0 { (x, first, second) } else { (y, second, first) };
+        let side = (on - center).dot(&along).signum();
+        let frame = Frame::new(center, Vector::z(), along * side)?;
+        Some(CurveForm::Hyperbola { frame, radii: [(value / own).sqrt(), (-value / other).sqrt()] })
     }
 
     /// A piece of a parabola or a hyperbola: one rational Bézier curve, whose middle vertex is where the tangents at the ends meet.
@@ -114,7 +150,16 @@ impl Conic {
         } else {
             Curve::rational(space, points, vec![1.0, weight, 1.0])
         };
-        Ok(Run::spline(curve.at(place)?, CurveForm::Spline))
+        let discriminant = self.b * self.b - 4.0 * self.a * self.c;
+        let is_parabola = discriminant <= FLAT;
+        let form = if is_parabola { self.parabola(start.z) } else { self.hyperbola(start) };
+        let form = form.unwrap_or_default();
+        let at = |p: Point| match form {
+            CurveForm::Parabola { frame, focal } => (p - frame.origin).dot(&frame.y()) / (2.0 * focal),
+            CurveForm::Hyperbola { frame, radii } => ((p - frame.origin).dot(&frame.y()) / radii[1]).asinh(),
+            _ => 0.0,
+        };
+        Ok(Run { range: [at(start), at(end)], ..Run::spline(curve.at(place)?, form) })
     }
 }
 

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use loftsman_kernel::brep::{CurveForm, Frame};
-use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::spline::{Curve, CurvePiece, Space};
 use loftsman_kernel::{Point, Vector, direction};
 use nalgebra::Matrix4;
 
@@ -18,6 +18,8 @@ pub(crate) struct Run {
     pub(crate) pace: Pace,
     /// What it is beside a spline.
     pub(crate) form: CurveForm,
+    /// From where to where on that; the first is more where it runs the other way.
+    pub(crate) range: [f64; 2],
 }
 
 /// Whether entities of a type are curves.
@@ -33,7 +35,19 @@ pub(crate) fn is_chain(form: i32) -> bool {
 impl Run {
     pub(crate) fn spline(curve: Curve, form: CurveForm) -> Self {
         let (a, b) = curve.domain();
-        Self { curve, pace: Pace::even([a, b], [a, b]), form }
+        Self { curve, pace: Pace::even([a, b], [a, b]), form, range: CurvePiece::LINE.range }
+    }
+
+    /// The curve with what it is beside a spline.
+    pub(crate) fn formed(self) -> Curve {
+        let Self { curve, form, range: [from, to], .. } = self;
+        let piece = match form {
+            CurveForm::Spline => return curve,
+            form if from > to => CurvePiece { form, range: [to, from] }.reversed(),
+            form => CurvePiece { form, range: [from, to] },
+        };
+        // Of what is off its equation by more than rounding, as the file has it, the spline is left.
+        curve.clone().with_form(piece).unwrap_or(curve)
     }
 
     /// Under a map.
@@ -45,7 +59,13 @@ impl Run {
             CurveForm::Ellipse { frame, radii } => {
                 moved_frame(&frame, map).map(|frame| CurveForm::Ellipse { frame, radii })
             }
-            form => Some(form),
+            CurveForm::Parabola { frame, focal } => {
+                moved_frame(&frame, map).map(|frame| CurveForm::Parabola { frame, focal })
+            }
+            CurveForm::Hyperbola { frame, radii } => {
+                moved_frame(&frame, map).map(|frame| CurveForm::Hyperbola { frame, radii })
+            }
+            form @ (CurveForm::Spline | CurveForm::Line) => Some(form),
         };
         Ok(Self { curve: moved_curve(self.curve, map, place)?, form: form.unwrap_or_default(), ..self })
     }
@@ -131,7 +151,7 @@ impl Reader<'_, '_> {
             pace = pace.then(&part.pace, end);
             curve = joined.shape;
         }
-        Ok(Run { curve, pace, form: CurveForm::Spline })
+        Ok(Run { pace, ..Run::spline(curve, CurveForm::Spline) })
     }
 
     /// An offset (130) of a line or of a circle, which are of their own kind.
@@ -181,7 +201,7 @@ impl Reader<'_, '_> {
             };
             return Ok(Run::spline(curve.between(a, b).at(place)?, CurveForm::Spline));
         }
-        Ok(Run { curve, pace: base.pace, form: CurveForm::Spline })
+        Ok(Run { pace: base.pace, ..Run::spline(curve, CurveForm::Spline) })
     }
 }
 
@@ -207,12 +227,29 @@ fn arc(entity: &Entity<'_, '_>) -> Got<Run> {
     let sweep = if full { TAU } else { sweep };
     let across = Vector::new(-start.y, start.x, 0.0);
     let curve = Curve::elliptic_arc(center, start, across, 0.0, sweep).at(place)?;
+    // Where the file says that it starts and ends it does, to the bit, unless that is no point of the circle.
+    let named = [Point::new(x2, y2, z), if full { Point::new(x2, y2, z) } else { Point::new(x3, y3, z) }];
+    let curve = ending(curve, named).at(place)?;
     let (a, b) = curve.domain();
     let from = from.rem_euclid(TAU);
     let pace = Pace::turn([from, from + sweep], [a, b], curve.space().spans().count(), sweep);
     let frame = Frame::new(center, Vector::z(), start);
     let form = frame.map_or(CurveForm::Spline, |frame| CurveForm::Circle { frame, radius });
-    Ok(Run { curve, pace, form })
+    Ok(Run { curve, pace, form, range: [0.0, sweep] })
+}
+
+/// A clamped curve whose ends are these points, where they are but for rounding.
+fn ending(curve: Curve, [start, end]: [Point; 2]) -> loftsman_kernel::Result<Curve> {
+    let (space, mut points, weights) = curve.into_parts();
+    let near =
+        |a: &Point, b: &Point| (a - b).amax() <= 16.0 * f64::EPSILON * a.coords.amax().max(b.coords.amax());
+    if let Some(first) = points.first_mut().filter(|first| near(first, &start)) {
+        *first = start;
+    }
+    if let Some(last) = points.last_mut().filter(|last| near(last, &end)) {
+        *last = end;
+    }
+    Curve::build(space, points, weights)
 }
 
 /// Points of copious data (106), and whether they close.

@@ -444,12 +444,12 @@ impl<'a, 'r, 'f> Emitter<'a, 'r, 'f> {
                 Polyline { points, closed }.into()
             }
             (116, _) => Cloud { points: vec![reader.point(place)?] }.into(),
-            (kind, form) if is_curve(kind, form) => reader.curve(place, 0)?.curve.into(),
+            (kind, form) if is_curve(kind, form) => reader.curve(place, 0)?.formed().into(),
             (kind, _) if is_surface(kind) => self.surface(place)?,
             (142, _) => {
                 let entity = reader.entity(place)?;
                 match entity.pointed(4)? {
-                    Some(model) => reader.curve(model, 0)?.curve.into(),
+                    Some(model) => reader.curve(model, 0)?.formed().into(),
                     None => {
                         let text = "a curve on a surface that has no curve in space is read with a face only";
                         return Err(Problem::new(place, text));

@@ -79,7 +79,8 @@ pub(crate) fn moved_frame(frame: &Frame, map: &Matrix4<f64>) -> Option<Frame> {
     let units = [x, y, z].iter().all(|axis| near(axis.norm_squared(), 1.0));
     let square = near(x.dot(&y), 0.0) && near(y.dot(&z), 0.0) && near(z.dot(&x), 0.0);
     // A mirror turns `y` round: the same circle or cylinder, seen from behind.
-    if units && square { Frame::new(transform_point(map, &frame.origin), x.cross(&y), x) } else { None }
+    let z = if x.cross(&y).dot(&z) < 0.0 { -z } else { z };
+    if units && square { Frame::new(transform_point(map, &frame.origin), z, x) } else { None }
 }
 
 /// A curve under a map.

@@ -108,7 +108,7 @@ impl Reader<'_, '_> {
     fn revolved(&self, entity: &Entity<'_, '_>, depth: usize) -> Got<Sheet> {
         let place = entity.place;
         let axis = self.curve(entity.pointer(1)?, depth)?;
-        let Run { curve, pace, form } = self.curve(entity.pointer(2)?, depth)?;
+        let Run { curve, pace, form, .. } = self.curve(entity.pointer(2)?, depth)?;
         let (start, end) = (entity.real(3)?, entity.real(4)?);
         let ends = axis.curve.points();
         let axis = match (axis.form, ends) {

@@ -1,6 +1,7 @@
 //! The writer: entities of each object, groups of what hangs under one another, subfigures of what is placed.
 
 mod brep;
+mod form;
 mod print;
 mod shape;
 mod style;
@@ -424,9 +425,11 @@ impl<'s> Writer<'_, 's> {
         let p = &mut self.printer;
         let (items, form) = match geometry {
             Geometry::Curve(curve) => {
-                let plain = curve.clamped()?;
                 changes.extend(curve.change_when_clamped());
-                (vec![p.curve(&plain, look, &properties)], "B-spline curve")
+                match p.formed(curve, look, &properties) {
+                    Some((number, form)) => (vec![number], form),
+                    None => (vec![p.curve(curve.clamped()?.as_ref(), look, &properties)], "B-spline curve"),
+                }
             }
             Geometry::Surface(surface) => {
                 let plain = surface.clamped()?;

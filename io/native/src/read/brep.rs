@@ -300,19 +300,19 @@ impl<'de> Table<'de> for SolidTable {
     }
 }
 
-const CURVES: &str = "\"spline\", \"line\", \"circle\", \"ellipse\", \"parabola\", \"hyperbola\"";
+pub(super) const CURVES: &str = "\"spline\", \"line\", \"circle\", \"ellipse\", \"parabola\", \"hyperbola\"";
 const SURFACES: &str =
     "\"spline\", \"plane\", \"cylinder\", \"cone\", \"sphere\", \"torus\", \"extrusion\", \"revolution\"";
 
 /// What a curve or a surface is beside a spline.
-enum Form {
+pub(super) enum Form {
     Curve(CurveForm),
     Surface(SurfaceForm),
 }
 
 /// `"form"`.
 #[derive(Default)]
-struct FormTable {
+pub(super) struct FormTable {
     kind: Option<String>,
     origin: Option<Point>,
     x: Option<Vector>,

@@ -1,11 +1,13 @@
 //! Geometries: their tables become the kernel's shapes, and what the kernel refuses gets the path of the field.
 
 use loftsman_kernel::Point;
+use loftsman_kernel::brep::CurveForm;
 use loftsman_kernel::error::{Error as Defect, MAX_DEGREE};
 use loftsman_kernel::mesh::{Cloud, Polyline};
-use loftsman_kernel::spline::{Curve, Space, Surface};
+use loftsman_kernel::spline::{Curve, CurvePiece, Space, Surface};
 use serde::de::{Error, MapAccess};
 
+use super::brep::{CURVES, Form, FormTable};
 use super::lists::{Count, Grid, GridSeed, List, Number};
 use super::table::{Table, TableSeed, need};
 use super::trail::Trail;
@@ -138,6 +140,85 @@ impl<'de> Table<'de> for CurveTable {
         let points = need::<Self, _, _>(self.points, "points", trail)?;
         let space = self.knots.space::<Self, E>(points.len(), "", "points", trail)?;
         Curve::build(space, points, self.weights).map_err(|defect| refuse(&defect, 0, trail))
+    }
+}
+
+/// `"curve"` of an object: with what it is beside a spline.
+#[derive(Default)]
+pub(super) struct FormedCurveTable {
+    curve: CurveTable,
+    form: Option<CurvePiece>,
+}
+
+impl<'de> Table<'de> for FormedCurveTable {
+    type Out = Curve;
+    const WHAT: &'static str = CurveTable::WHAT;
+    const FIELDS: &'static [&'static str] = &["degree", "periodic", "knots", "points", "weights", "form"];
+
+    fn field<A: MapAccess<'de>>(
+        &mut self,
+        name: &'static str,
+        map: &mut A,
+        trail: &Trail,
+    ) -> Result<(), A::Error> {
+        if name != "form" {
+            return self.curve.field(name, map, trail);
+        }
+        self.form = Some(map.next_value_seed(TableSeed { trail, table: PieceOfFormTable::default() })?);
+        Ok(())
+    }
+
+    fn finish<E: Error>(self, trail: &Trail) -> Result<Curve, E> {
+        let curve = self.curve.finish(trail)?;
+        let Some(form) = self.form else { return Ok(curve) };
+        curve.with_form(form).map_err(|defect| {
+            let problem = format!("{defect}; leave the form out of what is a spline only");
+            trail.refuse_table("form", problem)
+        })
+    }
+}
+
+/// `"form"` of a curve: a line or conic, and from where to where.
+#[derive(Default)]
+struct PieceOfFormTable {
+    form: FormTable,
+    from: Option<f64>,
+    to: Option<f64>,
+}
+
+impl<'de> Table<'de> for PieceOfFormTable {
+    type Out = CurvePiece;
+    const WHAT: &'static str = FormTable::WHAT;
+    const FIELDS: &'static [&'static str] =
+        &["kind", "origin", "x", "z", "radius", "radii", "focal", "from", "to"];
+
+    fn field<A: MapAccess<'de>>(
+        &mut self,
+        name: &'static str,
+        map: &mut A,
+        trail: &Trail,
+    ) -> Result<(), A::Error> {
+        match name {
+            "from" => self.from = Some(map.next_value_seed(Number)?),
+            "to" => self.to = Some(map.next_value_seed(Number)?),
+            _ => return self.form.field(name, map, trail),
+        }
+        Ok(())
+    }
+
+    fn finish<E: Error>(self, trail: &Trail) -> Result<CurvePiece, E> {
+        let form = match self.form.finish(trail)? {
+            Form::Curve(form) => form,
+            Form::Surface(form) => {
+                let problem = format!("\"{}\" is no kind of curve; known are {CURVES}", form.name());
+                return Err(trail.refuse_table("kind", problem));
+            }
+        };
+        let usual = (form == CurveForm::Line).then_some(CurvePiece::LINE.range);
+        let end = |given: Option<f64>, k: usize| given.or(usual.map(|range| range[k]));
+        let from = need::<Self, _, _>(end(self.from, 0), "from", trail)?;
+        let to = need::<Self, _, _>(end(self.to, 1), "to", trail)?;
+        Ok(CurvePiece { form, range: [from, to] })
     }
 }
 

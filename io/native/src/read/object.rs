@@ -13,7 +13,9 @@ use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess};
 
 use super::brep::BrepTable;
 use super::definition::{DefinitionsSeed, Earlier, InstanceTable, Into, ObjectsSeed, SameTable};
-use super::geometry::{AnimationTable, CloudTable, CurveTable, GroupTable, PolylineTable, SurfaceTable};
+use super::geometry::{
+    AnimationTable, CloudTable, FormedCurveTable, GroupTable, PolylineTable, SurfaceTable,
+};
 use super::layer::LayerTable;
 use super::lists::{Count, Fixed, List, Text};
 use super::material::{ImageTable, MaterialTable, NamedSeed, statements};
@@ -170,7 +172,7 @@ impl ObjectTable<'_> {
                 let same = map.next_value_seed(TableSeed { trail, table: SameTable::default() })?;
                 return self.earlier.geometry(&same, trail);
             }
-            "curve" => map.next_value_seed(TableSeed { trail, table: CurveTable::default() })?.into(),
+            "curve" => map.next_value_seed(TableSeed { trail, table: FormedCurveTable::default() })?.into(),
             "trimmed" => map.next_value_seed(TableSeed { trail, table: TrimmedTable::default() })?.into(),
             "surface" => map.next_value_seed(TableSeed { trail, table: SurfaceTable::default() })?.into(),
             "brep" => map.next_value_seed(TableSeed { trail, table: BrepTable::default() })?.into(),

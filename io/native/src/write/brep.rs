@@ -3,6 +3,7 @@
 use std::io;
 
 use loftsman_kernel::brep::{Brep, CurveForm, Frame, SurfaceForm, Use};
+use loftsman_kernel::spline::CurvePiece;
 
 use super::layout::Layout;
 use super::spline;
@@ -138,22 +139,52 @@ fn curve_form(form: &CurveForm, out: &mut Layout<'_>) -> io::Result<()> {
     curve_form_as("form", form, out)
 }
 
+/// A line or conic and from where to where, as a field of a curve.
+pub(super) fn curve_piece(piece: &CurvePiece, out: &mut Layout<'_>) -> io::Result<()> {
+    curve_table("form", &piece.form, out, |out| {
+        if piece.form != CurveForm::Line {
+            out.key("from")?;
+            out.number(piece.range[0])?;
+            out.key("to")?;
+            out.number(piece.range[1])?;
+        }
+        Ok(())
+    })
+}
+
 /// Under a key; nothing of a spline.
 fn curve_form_as(key: &str, form: &CurveForm, out: &mut Layout<'_>) -> io::Result<()> {
-    let (frame, sizes): (Option<&Frame>, &[(&str, f64)]) = match form {
+    curve_table(key, form, out, |_| Ok(()))
+}
+
+/// The same, with what more there is to say.
+fn curve_table(
+    key: &str,
+    form: &CurveForm,
+    out: &mut Layout<'_>,
+    more: impl FnOnce(&mut Layout<'_>) -> io::Result<()>,
+) -> io::Result<()> {
+    let (frame, radii, size) = match form {
         CurveForm::Spline => return Ok(()),
-        CurveForm::Line => (None, &[]),
-        CurveForm::Circle { frame, radius } => (Some(frame), &[("radius", *radius)]),
-        CurveForm::Parabola { frame, focal } => (Some(frame), &[("focal", *focal)]),
+        CurveForm::Line => (None, None, None),
+        CurveForm::Circle { frame, radius } => (Some(frame), None, Some(("radius", *radius))),
+        CurveForm::Parabola { frame, focal } => (Some(frame), None, Some(("focal", *focal))),
         CurveForm::Ellipse { frame, radii } | CurveForm::Hyperbola { frame, radii } => {
-            return table(key, out, |out| {
-                place(form.name(), Some(frame), out)?;
-                out.key("radii")?;
-                out.row(radii)
-            });
+            (Some(frame), Some(radii), None)
         }
     };
-    form_table(key, form.name(), frame, sizes, out)
+    table(key, out, |out| {
+        place(form.name(), frame, out)?;
+        if let Some(radii) = radii {
+            out.key("radii")?;
+            out.row(radii)?;
+        }
+        if let Some((name, size)) = size {
+            out.key(name)?;
+            out.number(size)?;
+        }
+        more(out)
+    })
 }
 
 fn surface_form(form: &SurfaceForm, out: &mut Layout<'_>) -> io::Result<()> {

@@ -243,6 +243,9 @@ fn write_geometry<'s>(
         }
         Geometry::Curve(curve) => {
             spline::curve(curve, out)?;
+            if let Some(form) = curve.form() {
+                brep::curve_piece(form, out)?;
+            }
             format!("curve of degree {} with {} vertices", curve.degree(), curve.points().len())
         }
         Geometry::Surface(surface) => {

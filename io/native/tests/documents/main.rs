@@ -7,6 +7,8 @@ mod common;
 #[cfg(test)]
 mod definitions;
 #[cfg(test)]
+mod forms;
+#[cfg(test)]
 mod hostile;
 #[cfg(test)]
 mod round_trip;

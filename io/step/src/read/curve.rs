@@ -187,7 +187,11 @@ impl Space<'_, '_> {
         let parameter = values.iter().find_map(real);
         match (point, parameter) {
             (Some(point), parameter) if by_points || parameter.is_none() => {
-                basis.parameter(self.point(point)?).at(args.number)
+                let found = basis.parameter(self.point(point)?).at(args.number)?;
+                let angle = if let Basis::Ellipse { .. } = basis { self.units.angle } else { 1.0 };
+                // The parameter that stands beside the point where both are the same but for rounding.
+                let near = |named: &f64| (named - found).abs() <= SAME * (1.0 + found.abs());
+                Ok(parameter.map(|named| named * angle).filter(near).unwrap_or(found))
             }
             (_, Some(parameter)) => Ok(match basis {
                 Basis::Ellipse { .. } => parameter * self.units.angle,
@@ -222,6 +226,8 @@ impl Space<'_, '_> {
     }
 }
 
+/// Parameters no further apart, as parts of them and of 1, are one.
+const SAME: f64 = 1e-13;
 /// A full turn is written with so much rounding: `6.28318530718` is 4e-13 more.
 const ROUND: f64 = 1e-9;
 

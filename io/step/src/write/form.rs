@@ -1,9 +1,9 @@
 //! Curves by themselves as the lines and conics that they are.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::TAU;
 
 use loftsman_kernel::Point;
-use loftsman_kernel::brep::{CurveForm, Frame};
+use loftsman_kernel::brep::CurveForm;
 use loftsman_kernel::spline::{Curve, CurvePiece};
 
 use super::print::{Printer, real};
@@ -18,62 +18,50 @@ impl Printer {
         let piece = *curve.form().filter(|piece| piece.check(curve).is_ok())?;
         let ends = [*curve.points().first()?, *curve.points().last()?];
         let length = nalgebra::distance(&ends[0], &ends[1]);
-        let CurvePiece { form, range } = upright(piece);
+        let CurvePiece { form, range } = piece.upright();
         let whole = range == [0.0, TAU];
-        let (basis, range, name) = match form {
+        let (basis, range) = match form {
             CurveForm::Spline => return None,
             CurveForm::Line if !LENGTHS.contains(&length) => return None,
             CurveForm::Line => {
                 let origin = self.point(&ends[0]);
                 let direction = self.direction(&(ends[1] - ends[0]));
                 let vector = self.put(&format!("VECTOR('',#{direction},1.)"));
-                (self.put(&format!("LINE('',#{origin},#{vector})")), [0.0, length], "line")
+                (self.put(&format!("LINE('',#{origin},#{vector})")), [0.0, length])
             }
             CurveForm::Circle { frame, radius } => {
                 let placement = self.frame(&frame);
                 let number = self.put(&format!("CIRCLE('',#{placement},{})", real(radius)));
-                (number, range, if whole { "circle" } else { "arc of a circle" })
+                (number, range)
             }
             CurveForm::Ellipse { frame, radii: [a, b] } => {
                 let placement = self.frame(&frame);
                 let number = self.put(&format!("ELLIPSE('',#{placement},{},{})", real(a), real(b)));
-                (number, range, if whole { "ellipse" } else { "arc of an ellipse" })
+                (number, range)
             }
             CurveForm::Parabola { frame, focal } => {
                 let placement = self.frame(&frame);
                 let number = self.put(&format!("PARABOLA('',#{placement},{})", real(focal)));
-                (number, range, "piece of a parabola")
+                (number, range)
             }
             CurveForm::Hyperbola { frame, radii: [a, b] } => {
                 let placement = self.frame(&frame);
                 let number = self.put(&format!("HYPERBOLA('',#{placement},{},{})", real(a), real(b)));
-                (number, range, "piece of a hyperbola")
+                (number, range)
             }
         };
-        let number = if whole { basis } else { self.part(basis, ends, range) };
-        Some((number, name))
+        // OpenCASCADE takes the parameters of a parabola for others than the schema has.
+        let counts = if let CurveForm::Parabola { .. } = form { "CARTESIAN" } else { "PARAMETER" };
+        let number = if whole { basis } else { self.part(basis, ends, range, counts) };
+        Some((number, piece.noun()))
     }
 
-    /// A part of a curve: its ends as points and as parameters, of which these count.
-    fn part(&mut self, basis: u64, ends: [Point; 2], range: [f64; 2]) -> u64 {
+    /// A part of a curve: its ends as points and as parameters, and which of these count.
+    fn part(&mut self, basis: u64, ends: [Point; 2], range: [f64; 2], counts: &str) -> u64 {
         let [a, b] = ends.map(|end| self.point(&end));
         let [from, to] = range.map(real);
         self.put(&format!(
-            "TRIMMED_CURVE('',#{basis},(#{a},PARAMETER_VALUE({from})),(#{b},PARAMETER_VALUE({to})),.T.,.PARAMETER.)"
+            "TRIMMED_CURVE('',#{basis},(#{a},PARAMETER_VALUE({from})),(#{b},PARAMETER_VALUE({to})),.T.,.{counts}.)"
         ))
-    }
-}
-
-/// An ellipse by its longer half diameter, as some programs know no other.
-fn upright(piece: CurvePiece) -> CurvePiece {
-    match piece {
-        CurvePiece { form: CurveForm::Ellipse { frame, radii: [a, b] }, range } if a < b => {
-            let frame = Frame { x: frame.y(), ..frame };
-            CurvePiece {
-                form: CurveForm::Ellipse { frame, radii: [b, a] },
-                range: range.map(|t| t - FRAC_PI_2),
-            }
-        }
-        other => other,
     }
 }

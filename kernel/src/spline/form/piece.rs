@@ -1,6 +1,6 @@
 //! Curves that are pieces of lines and conics: the form kept beside the spline, and checked against it.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use nalgebra::Matrix4;
 
@@ -76,7 +76,11 @@ impl CurveForm {
             Self::Hyperbola { radii: [a, b], .. } => {
                 let (s, t) = (x / a, y / b);
                 // On its own branch.
-                if x > 0.0 { ((s - t) * (s + t) - 1.0).abs() / (2.0 * (s / a).hypot(t / b)) } else { x.abs() + a }
+                if x > 0.0 {
+                    ((s - t) * (s + t) - 1.0).abs() / (2.0 * (s / a).hypot(t / b))
+                } else {
+                    x.abs() + a
+                }
             }
         };
         let across = d.dot(&frame.z).abs();
@@ -101,6 +105,40 @@ impl CurveForm {
 impl CurvePiece {
     /// A line from the first vertex to the last.
     pub const LINE: Self = Self { form: CurveForm::Line, range: [0.0, 1.0] };
+
+    /// Whether it goes all around an ellipse or circle.
+    pub fn is_whole(&self) -> bool {
+        let round = matches!(self.form, CurveForm::Circle { .. } | CurveForm::Ellipse { .. });
+        round && self.range[1] - self.range[0] >= TAU - TURN
+    }
+
+    /// What it is in words: `"line"`, `"circle"`, `"arc of a circle"`, `"ellipse"`, `"arc of an ellipse"`, `"piece of a parabola"`,
+    /// `"piece of a hyperbola"`, `"spline"`.
+    pub fn noun(&self) -> &'static str {
+        match (self.form, self.is_whole()) {
+            (CurveForm::Spline, _) => "spline",
+            (CurveForm::Line, _) => "line",
+            (CurveForm::Circle { .. }, true) => "circle",
+            (CurveForm::Circle { .. }, false) => "arc of a circle",
+            (CurveForm::Ellipse { .. }, true) => "ellipse",
+            (CurveForm::Ellipse { .. }, false) => "arc of an ellipse",
+            (CurveForm::Parabola { .. }, _) => "piece of a parabola",
+            (CurveForm::Hyperbola { .. }, _) => "piece of a hyperbola",
+        }
+    }
+
+    /// The same piece, an ellipse by its longer half diameter first: some programs know no other.
+    #[must_use]
+    pub fn upright(self) -> Self {
+        match self {
+            Self { form: CurveForm::Ellipse { frame, radii: [a, b] }, range } if a < b => {
+                let frame = Frame { x: frame.y(), ..frame };
+                let form = CurveForm::Ellipse { frame, radii: [b, a] };
+                Self { form, range: range.map(|t| t - FRAC_PI_2) }
+            }
+            other => other,
+        }
+    }
 
     /// The same piece the other way: the plane of a conic is seen from behind.
     #[must_use]
@@ -173,7 +211,8 @@ impl CurvePiece {
         for span in curve.space().spans() {
             let (start, end) = (knots[span], knots[span + 1]);
             let at = |k: f64| curve.point_on(span, start + (end - start) * k);
-            let off = [0.0, 0.25, 0.5, 0.75, 1.0].map(|k| self.form.off(at(k))).into_iter().fold(0.0, f64::max);
+            let off =
+                [0.0, 0.25, 0.5, 0.75, 1.0].map(|k| self.form.off(at(k))).into_iter().fold(0.0, f64::max);
             if off > near {
                 return no(format!("it is {off:e} off"));
             }
@@ -201,7 +240,11 @@ impl CurvePiece {
                 return no(format!("its range ends at {t}, {apart:e} from where the curve does"));
             }
         }
-        if (sum - (to - from)).abs() < half { Ok(()) } else { no("its range is another part of it".to_owned()) }
+        if (sum - (to - from)).abs() < half {
+            Ok(())
+        } else {
+            no("its range is another part of it".to_owned())
+        }
     }
 }
 
@@ -222,7 +265,8 @@ mod tests {
     use crate::spline::Space;
 
     fn frame() -> Frame {
-        Frame::new(Point::new(3.0, -2.0, 7.0), Vector::new(0.3, -0.5, 0.8), Vector::new(1.0, 0.2, 0.1)).unwrap()
+        Frame::new(Point::new(3.0, -2.0, 7.0), Vector::new(0.3, -0.5, 0.8), Vector::new(1.0, 0.2, 0.1))
+            .unwrap()
     }
 
     fn arc(radii: [f64; 2], from: f64, sweep: f64, frame: &Frame) -> Curve {
@@ -237,7 +281,10 @@ mod tests {
         let bezier = |[a, b]: [f64; 2], form: CurveForm, weight: f64, middle: Point| {
             let points = vec![form.point(a).unwrap(), middle, form.point(b).unwrap()];
             let space = Space::clamped(2, &[0.0, 1.0]).unwrap();
-            (CurvePiece { form, range: [a, b] }, Curve::rational(space, points, vec![1.0, weight, 1.0]).unwrap())
+            (
+                CurvePiece { form, range: [a, b] },
+                Curve::rational(space, points, vec![1.0, weight, 1.0]).unwrap(),
+            )
         };
         let circle = CurveForm::Circle { frame, radius };
         let ellipse = CurveForm::Ellipse { frame, radii };
@@ -279,7 +326,9 @@ mod tests {
                     assert!(piece.check(&bent).is_err(), "{piece:?} vertex {k}");
                 }
                 let [from, to] = piece.range;
-                for range in [[from, to - 1e-6], [from - 1e-6, to], [from, to + TAU], [to, from], [from, f64::NAN]] {
+                for range in
+                    [[from, to - 1e-6], [from - 1e-6, to], [from, to + TAU], [to, from], [from, f64::NAN]]
+                {
                     assert!(CurvePiece { range, ..piece }.check(&curve).is_err(), "{piece:?} {range:?}");
                 }
                 assert!(piece.check(&curve.elevate(1).unwrap()).is_err());
@@ -294,7 +343,8 @@ mod tests {
         let shift = Matrix4::new_translation(&Vector::new(5.0, -6.0, 1.0));
         let stretch = Matrix4::new_nonuniform_scaling(&Vector::new(1.0, 2.0, 1.0));
         for (piece, curve) in family(1.0) {
-            for map in [turn, mirror, shift, shift * mirror * turn * 25.4, turn.try_inverse().unwrap() * 1e-3] {
+            for map in [turn, mirror, shift, shift * mirror * turn * 25.4, turn.try_inverse().unwrap() * 1e-3]
+            {
                 let mut map = map;
                 map[(3, 3)] = 1.0;
                 let formed = curve.clone().with_form(piece).unwrap();

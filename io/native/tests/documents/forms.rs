@@ -1,0 +1,49 @@
+//! What curves are beside splines: there and back to the last bit, and refused where they are not that.
+
+use super::common::{read, write};
+use loftsman_kernel::conformance::{format_conformance, sample_forms};
+use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::spline::Curve;
+use loftsman_kernel::{Point, Vector};
+use loftsman_native::Native;
+
+#[test]
+fn forms_read_back_to_the_last_bit() {
+    let scene = sample_forms().unwrap();
+    let bytes = write(&scene);
+    let (found, _) = read(bytes.clone()).unwrap();
+    assert!(found == scene);
+    assert_eq!(write(&found), bytes);
+    let verdict = format_conformance(&Native, &scene);
+    assert!(verdict.passed(), "{verdict}");
+    // A circle that nobody calls one is a spline.
+    let circle = Curve::circle(Point::origin(), Vector::z(), 1.0).unwrap();
+    let mut plain = Scene::new();
+    plain.add(Object::new("c", circle.into())).unwrap();
+    let text = String::from_utf8(write(&plain)).unwrap();
+    assert!(!text.contains("form"), "{text}");
+}
+
+#[test]
+fn forms_that_are_not_those_of_the_curve_are_refused() {
+    let mut scene = sample_forms().unwrap();
+    scene.retain(|object| ["line", "arc", "parabola"].contains(&object.name()));
+    let text = String::from_utf8(write(&scene)).unwrap();
+    let Geometry::Curve(arc) = scene.object("arc").unwrap().geometry() else { panic!() };
+    let [from, to] = arc.form().unwrap().range;
+    for (was, is, said) in [
+        ("\"radius\": 2,".to_owned(), "\"radius\": 2.000001,", "the curve is no circle"),
+        (format!("\"from\": {from:?}"), "\"from\": -0.31", "its range ends at -0.31"),
+        (format!("\"to\": {to:?}"), "\"to\": 4.8", "its range ends at 4.8"),
+        ("\"focal\": 0.7".to_owned(), "\"focal\": 0.71", "the curve is no parabola"),
+        ("\"focal\": 0.7".to_owned(), "\"focal\": -0.7", "must be positive"),
+        ("\"kind\": \"circle\"".to_owned(), "\"kind\": \"line\"", "no line"),
+        ("\"kind\": \"circle\"".to_owned(), "\"kind\": \"sphere\"", "no kind of curve"),
+        ("\"kind\": \"circle\"".to_owned(), "\"kind\": \"circel\"", "circle"),
+        (format!("\"from\": {from:?},"), "", "needs the field \"from\""),
+    ] {
+        assert!(text.contains(&was), "{was} in {text}");
+        let error = read(text.replacen(&was, is, 1)).unwrap_err().to_string();
+        assert!(error.contains(said), "{is}: {error}");
+    }
+}
