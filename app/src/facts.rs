@@ -6,7 +6,7 @@ use loftsman_kernel::Point;
 use loftsman_kernel::brep::{Brep, Flaw};
 use loftsman_kernel::plugin::{CustomShape, Fineness};
 use loftsman_kernel::scene::Geometry;
-use loftsman_kernel::spline::{Curve, CurvePiece, Surface};
+use loftsman_kernel::spline::{Curve, CurvePiece, Surface, SurfacePiece};
 
 use crate::measures::{Measures, closed, of_brep};
 
@@ -41,7 +41,7 @@ pub struct ObjectFacts {
     /// Whether it has a transform of its own.
     #[serde(skip_serializing_if = "is_false")]
     pub transformed: bool,
-    /// What a curve is beside a spline: `"line"`, `"circle"`, `"arc of a circle"` and their like.
+    /// What a curve or surface is beside a spline: `"line"`, `"circle"`, `"arc of a circle"`, `"cylinder"` and their like.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub form: Option<&'static str>,
     /// Degree of a curve, or degrees along `u` and `v` of a surface.
@@ -241,6 +241,7 @@ fn shape_of_plugin(custom: &CustomShape, around: &[Point], facts: ObjectFacts) -
 fn surface(surface: &Surface, facts: ObjectFacts) -> ObjectFacts {
     let (u, v) = (surface.u(), surface.v());
     ObjectFacts {
+        form: surface.form().map(SurfacePiece::noun),
         degree: Some(Degree::Surface([u.degree(), v.degree()])),
         net: Some([u.len(), v.len()]),
         rational: Some(surface.weights().is_some()),

@@ -11,7 +11,8 @@ OpenCASCADE does by default depends on how a surface is parametrised.
 
 Behind FILE may stand
   --assembled  of an IGES file also how many solids the reader of assemblies with names and colours shows
-  --curves     also what its edges are: the kind of curve, its length, where it starts and ends, and its sizes
+  --curves     also what its edges without faces are (the kind of curve, its length, where it starts and ends, its sizes), and what its
+               faces are (the kind of surface, its area, its sizes)
   --meshed     also the volume of OpenCASCADE's own triangles, 1e-4 of the size from the faces: its integration of rational
                faces can be off by some hundredths, whatever it is asked for
 """
@@ -38,8 +39,8 @@ KINDS = {"solid": TopAbs_ShapeEnum.TopAbs_SOLID, "shell": TopAbs_ShapeEnum.TopAb
          "face": TopAbs_ShapeEnum.TopAbs_FACE, "edge": TopAbs_ShapeEnum.TopAbs_EDGE}
 
 
-def found(shape, kind):
-    walk, some = TopExp_Explorer(shape, KINDS[kind]), []
+def found(shape, kind, without=TopAbs_ShapeEnum.TopAbs_SHAPE):
+    walk, some = TopExp_Explorer(shape, KINDS[kind], without), []
     while walk.More():
         some.append(walk.Current())
         walk.Next()
@@ -101,7 +102,7 @@ def curves(shape):
              Kind.GeomAbs_Parabola: lambda c: [c.Parabola().Focal()],
              Kind.GeomAbs_Hyperbola: lambda c: [c.Hyperbola().MajorRadius(), c.Hyperbola().MinorRadius()]}
     some = []
-    for edge in found(shape, "edge"):
+    for edge in found(shape, "edge", KINDS["face"]):
         curve = BRepAdaptor_Curve(TopoDS.Edge(edge))
         ends = [curve.Value(t) for t in (curve.FirstParameter(), curve.LastParameter())]
         middle = curve.Value(0.5 * (curve.FirstParameter() + curve.LastParameter()))
@@ -109,6 +110,23 @@ def curves(shape):
                      "length": GCPnts_AbscissaPoint.Length_s(curve, 1e-12),
                      "places": [[p.X(), p.Y(), p.Z()] for p in [ends[0], middle, ends[1]]],
                      "sizes": sizes.get(curve.GetType(), lambda c: [])(curve)})
+    return some
+
+
+def surfaces(shape):
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.GeomAbs import GeomAbs_SurfaceType as Kind
+    from OCP.TopoDS import TopoDS
+    sizes = {Kind.GeomAbs_Cylinder: lambda s: [s.Cylinder().Radius()],
+             Kind.GeomAbs_Cone: lambda s: [s.Cone().SemiAngle()],
+             Kind.GeomAbs_Sphere: lambda s: [s.Sphere().Radius()],
+             Kind.GeomAbs_Torus: lambda s: [s.Torus().MajorRadius(), s.Torus().MinorRadius()]}
+    some = []
+    for face in found(shape, "face"):
+        surface = BRepAdaptor_Surface(TopoDS.Face(face))
+        some.append({"kind": str(surface.GetType()).split("_")[-1].lower(),
+                     "area": mass(BRepGProp.SurfaceProperties_s, face),
+                     "sizes": sizes.get(surface.GetType(), lambda s: [])(surface)})
     return some
 
 
@@ -135,7 +153,7 @@ def report(path, more=()):
     if "--assembled" in more and isinstance(reader, IGESControl_Reader):
         answer["assembled"] = assembled(path)
     if "--curves" in more:
-        answer["curves"] = curves(shape)
+        answer["curves"], answer["surfaces"] = curves(shape), surfaces(shape)
     if "--meshed" in more:
         answer["meshed"] = meshed(shape, low.Distance(high))
     return answer

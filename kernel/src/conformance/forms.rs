@@ -1,17 +1,17 @@
-//! A scene of lines and conics that are these beside splines.
+//! A scene of lines, conics and elementary surfaces that are these beside splines.
 
 use std::f64::consts::TAU;
 
 use nalgebra::Matrix4;
 
 use super::Verdict;
-use crate::brep::{CurveForm, Frame};
+use crate::brep::{CurveForm, Frame, SurfaceForm};
 use crate::error::Result;
 use crate::scene::{Geometry, Object, Scene, Unit};
-use crate::spline::{Curve, CurvePiece, Space};
+use crate::spline::{Curve, CurvePiece, Space, Surface, SurfacePiece};
 use crate::{Point, Vector};
 
-/// A scene in millimetres of curves with what they are [beside splines](Curve::form): one of each form, whole and in part, in planes of the axes and
+/// A scene in millimetres of curves and surfaces with what they are [beside splines](Curve::form): one of each form, whole and in part, in planes of the axes and
 /// across them, one at a distance, one placed, and one of a definition that is shown twice.
 ///
 /// # Errors
@@ -58,6 +58,24 @@ pub fn sample_forms() -> Result<Scene> {
     for (name, curve) in all {
         scene.add(Object::new(name, curve.into()))?;
     }
+    let half = std::f64::consts::FRAC_PI_2;
+    for (name, form, ranges) in [
+        ("plane", SurfaceForm::Plane { frame: turned }, [[-1.0, 2.0], [0.5, 4.0]]),
+        ("cylinder", SurfaceForm::Cylinder { frame: turned, radius: 2.0 }, [[0.3, 2.9], [-1.0, 4.0]]),
+        ("pipe", SurfaceForm::Cylinder { frame: flat, radius: 1.5 }, [[0.0, TAU], [0.0, 7.0]]),
+        (
+            "sunk pipe",
+            SurfaceForm::Cylinder { frame: turned, radius: 1.0 / 3.0 },
+            [[1.0, 1.0 + TAU], [3.0, -1.0]],
+        ),
+        ("cone", SurfaceForm::Cone { frame: turned, radius: 2.0, angle: 0.4 }, [[-1.0, 2.0], [0.25, 3.0]]),
+        ("sphere", SurfaceForm::Sphere { frame: turned, radius: 2.5 }, [[0.0, TAU], [-half, half]]),
+        ("piece of a sphere", SurfaceForm::Sphere { frame: turned, radius: 2.5 }, [[0.5, 2.0], [-0.2, 1.1]]),
+        ("torus", SurfaceForm::Torus { frame: flat, major: 5.0, minor: 2.0 }, [[0.0, TAU]; 2]),
+        ("bend", SurfaceForm::Torus { frame: turned, major: 5.0, minor: 2.0 }, [[1.0, 2.0], [3.0, 5.5]]),
+    ] {
+        scene.add(Object::new(name, form.patch(ranges)?.with_form(SurfacePiece { form, ranges })?.into()))?;
+    }
     let mut placed = Object::new("placed", shown.clone().into());
     placed.transform = Some(
         Matrix4::new_translation(&Vector::new(5.0, 6.0, 7.0)) * Matrix4::from_euler_angles(0.1, 0.2, 0.3),
@@ -78,10 +96,14 @@ pub fn sample_forms() -> Result<Scene> {
     Ok(scene)
 }
 
-/// Whether all curves that a scene shows are there in another, as the same lines and conics, in the same order and at the same places but for some
-/// roundings; a circle may be counted from elsewhere, and an ellipse from the end of its other half diameter.
+/// Whether all curves and surfaces that a scene shows are there in another, as the same lines, conics and elementary surfaces, in the same order and at the
+/// same places but for some roundings; a circle may be counted from elsewhere, and an ellipse from the end of its other half diameter.
 pub fn same_forms(before: &Scene, after: &Scene) -> Verdict {
     let mut verdict = Verdict::default();
+    let surfaces = [sheets(before), sheets(after)];
+    if let [Ok(before), Ok(after)] = &surfaces {
+        same_sheets(before, after, &mut verdict);
+    }
     let (before, after) = match (shown(before), shown(after)) {
         (Ok(before), Ok(after)) => (before, after),
         (before, after) => {
@@ -101,7 +123,7 @@ pub fn same_forms(before: &Scene, after: &Scene) -> Verdict {
         verdict
             .check(was.noun() == is.noun(), || format!("\"{name}\", {}, became {}", was.noun(), is.noun()));
         let size = before.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
-        let [one, other] = [before, after].map(|curve| places(curve));
+        let [one, other] = [before, after].map(places);
         let off = one.iter().zip(&other).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max);
         verdict.check(off <= 1e-13 * size, || format!("\"{name}\" is {off:e} off"));
         let [one, other] = [was, is].map(sizes);
@@ -109,6 +131,37 @@ pub fn same_forms(before: &Scene, after: &Scene) -> Verdict {
         verdict.check(same, || format!("the sizes of \"{name}\" were {one:?} and are {other:?}"));
     }
     verdict
+}
+
+fn same_sheets(before: &[(String, Surface)], after: &[(String, Surface)], verdict: &mut Verdict) {
+    verdict
+        .check(before.len() == after.len(), || format!("{} surfaces became {}", before.len(), after.len()));
+    for ((name, before), (_, after)) in before.iter().zip(after) {
+        let [was, is] = [before, after].map(|surface| surface.form().map_or("spline", SurfacePiece::noun));
+        verdict.check(was == is, || format!("\"{name}\", a {was}, became a {is}"));
+        let size = before.points().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+        let share = |(a, b): (f64, f64), k: u32| a + (b - a) * f64::from(k) / 4.0;
+        let mut off = 0.0_f64;
+        for k in 0..25 {
+            let at = |s: &Surface| s.point(share(s.u().domain(), k / 5), share(s.v().domain(), k % 5));
+            let apart = at(before).and_then(|p| Ok((p - at(after)?).amax()));
+            off = off.max(apart.unwrap_or(f64::INFINITY));
+        }
+        verdict.check(off <= 1e-12 * size, || format!("\"{name}\" is {off:e} off"));
+    }
+}
+
+/// All surfaces that a scene shows, in its world.
+fn sheets(scene: &Scene) -> Result<Vec<(String, Surface)>> {
+    let mut all = Vec::new();
+    for placed in scene.placed(1000)? {
+        if let Geometry::Surface(surface) = placed.object.geometry() {
+            let surface =
+                placed.to_world.map_or_else(|| Ok(surface.clone()), |map| surface.transformed(&map))?;
+            all.push((placed.object.name().to_owned(), surface));
+        }
+    }
+    Ok(all)
 }
 
 /// All curves that a scene shows, in its world.

@@ -62,6 +62,9 @@ fn carried<E>(
             (Geometry::Curve(frame), Geometry::Curve(own)) => {
                 frame.clone().without_form() == own.clone().without_form()
             }
+            (Geometry::Surface(frame), Geometry::Surface(own)) => {
+                frame.clone().without_form() == own.clone().without_form()
+            }
             _ => mapped_there == *geometry,
         };
         alike.then(|| mapped.points().to_vec())

@@ -49,6 +49,7 @@ impl Geometry {
         match self {
             Self::Mesh(mesh) => Ok(Self::Mesh(transform_mesh(mesh, moved, map)?)),
             Self::Curve(curve) => Ok(Self::Curve(curve.transformed(map)?)),
+            Self::Surface(surface) => Ok(Self::Surface(surface.transformed(map)?)),
             Self::Brep(brep) => Ok(Self::Brep(brep.transformed(moved, map)?)),
             other => other.with_points(moved),
         }
@@ -75,6 +76,7 @@ impl Geometry {
                 points,
                 curve.weights().map(<[f64]>::to_vec),
             )?),
+            Self::Surface(surface) if points == surface.points() => Self::Surface(surface.clone()),
             Self::Surface(surface) => Self::Surface(surface_through(surface, points)?),
             Self::Trimmed(trimmed) => Self::Trimmed(trimmed.on(surface_through(trimmed.surface(), points)?)?),
             Self::Brep(brep) => Self::Brep(brep.with_points(points)?),

@@ -1,5 +1,6 @@
 //! What curves, and surfaces of a Brep, are beside splines: lines, circles, planes, cylinders and their like.
 
+mod patch;
 mod piece;
 
 use std::f64::consts::FRAC_PI_2;
@@ -9,6 +10,7 @@ use nalgebra::{Matrix3, Matrix4};
 use crate::error::{Error, Result};
 use crate::{Point, Vector};
 
+pub use patch::SurfacePiece;
 pub use piece::CurvePiece;
 
 /// A place and two directions at right angles: where an elementary curve or surface is. All of unit length; `y = z × x`.
@@ -112,7 +114,7 @@ pub enum CurveForm {
     },
 }
 
-/// Which set of points the spline of a face is a part of, as [`CurveForm`].
+/// Which set of points the spline of a face, or a [surface by itself](crate::spline::Surface::with_form), is a part of, as [`CurveForm`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum SurfaceForm {
     /// None but its own.
@@ -274,6 +276,11 @@ impl<'m> Similarity<'m> {
         let size = squared.trace() / 3.0;
         let off = (squared - Matrix3::identity() * size).amax();
         (off <= 1e-13 * size).then(|| Self { linear, shift, scale: largest * size.sqrt() })
+    }
+
+    /// By what it multiplies lengths.
+    fn scale(&self) -> f64 {
+        self.scale
     }
 
     fn frame(&self, frame: &Frame) -> Option<Frame> {

@@ -88,7 +88,7 @@ pub use catmull_rom::{CatmullRom, Spacing};
 pub use closing::ParameterSide;
 pub use conversion::{Conversion, Direction};
 pub use curve::Curve;
-pub use form::CurvePiece;
+pub use form::{CurvePiece, SurfacePiece};
 pub(crate) use gram::smoothness_of_product;
 pub use lift::Lifted;
 pub use region::ParameterRegion;

@@ -1,9 +1,11 @@
 //! Tensor-product B-spline surfaces: polynomial and rational, open and periodic in either direction.
 
+use nalgebra::Matrix4;
 use smallvec::{SmallVec, smallvec};
 
 use super::binomial;
 use super::curve::{check_curve_space, check_net, knot_count};
+use super::form::{SurfacePiece, affine};
 use super::space::{MAX_ORDER, Space};
 use crate::error::{Error, MAX_DEGREE, Result};
 use crate::shape::{
@@ -14,13 +16,16 @@ use crate::{Point, Vector};
 
 /// A tensor-product surface `S(u, v) = Σ_i Σ_j N_i(u) M_j(v) P_ij`, or its rational form with weights.
 ///
-/// The control net is kept row after row: `P_ij` is `points()[i * v().len() + j]`, `i` along `u`.
+/// The control net is kept row after row: `P_ij` is `points()[i * v().len() + j]`, `i` along `u`. One that is a rectangle of a plane, a cylinder or their
+/// like may have that [beside it](Self::form), for files that know such things.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
     u: Space,
     v: Space,
     points: Vec<Point>,
     weights: Option<Vec<f64>>,
+    /// Checked against the others; whoever changes one of them drops it.
+    form: Option<Box<SurfacePiece>>,
 }
 
 impl Surface {
@@ -56,7 +61,46 @@ impl Surface {
             });
         }
         check_net(&points, weights.as_deref())?;
-        Ok(Self { u, v, points, weights })
+        Ok(Self { u, v, points, weights, form: None })
+    }
+
+    /// What it is beside a spline: a rectangle of an elementary surface; `None` where nothing says so.
+    ///
+    /// Whatever makes another surface of this one, or changes a vertex, makes one without a form; only [`transformed`](Self::transformed) takes it along.
+    pub fn form(&self) -> Option<&SurfacePiece> {
+        self.form.as_deref()
+    }
+
+    /// The same surface with what it is beside a spline. `O(vertices)`.
+    ///
+    /// # Errors
+    /// When it is not that, [to rounding](SurfacePiece::check).
+    pub fn with_form(mut self, form: SurfacePiece) -> Result<Self> {
+        form.check(&self)?;
+        self.form = Some(Box::new(form));
+        Ok(self)
+    }
+
+    /// The same surface as a spline and no more.
+    #[must_use]
+    pub fn without_form(mut self) -> Self {
+        self.form = None;
+        self
+    }
+
+    /// The surface moved by an affine map (the last row is taken as `0 0 0 1`): its control vertices are, and its weights stay. Its form goes along where
+    /// the map keeps angles. `O(vertices)`.
+    ///
+    /// # Errors
+    /// When a coordinate overflows.
+    pub fn transformed(&self, map: &Matrix4<f64>) -> Result<Self> {
+        let points = self.points.iter().map(|p| affine(map, p)).collect();
+        let moved = Self::build(self.u.clone(), self.v.clone(), points, self.weights.clone())?;
+        let form = self.form.as_ref().and_then(|form| form.moved(map));
+        Ok(match form.filter(|form| form.check(&moved).is_ok()) {
+            Some(form) => Self { form: Some(Box::new(form)), ..moved },
+            None => moved,
+        })
     }
 
     /// The space along `u`.
@@ -235,6 +279,7 @@ impl Shape for Surface {
     }
 
     fn control_vertices_mut(&mut self) -> &mut [Point] {
+        self.form = None;
         &mut self.points
     }
 

@@ -1,9 +1,9 @@
 //! Surfaces: what the file says that they are, as splines with how the file counts along them.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use loftsman_kernel::brep::{CurveForm, Frame, SurfaceForm};
-use loftsman_kernel::spline::{Curve, Surface};
+use loftsman_kernel::spline::{Curve, Surface, SurfacePiece};
 use loftsman_kernel::text::short;
 use loftsman_kernel::{Point, Vector, direction};
 use nalgebra::Matrix4;
@@ -32,6 +32,8 @@ pub(crate) struct Whole {
     pub(crate) paces: [Pace; 2],
     /// Whether the file's first parameter is `v`: then its normal is `-S_u × S_v`.
     pub(crate) swapped: bool,
+    /// The rectangle of an elementary surface that it is.
+    pub(crate) piece: Option<SurfacePiece>,
 }
 
 /// A surface of a face.
@@ -51,7 +53,7 @@ impl Whole {
     fn plain(surface: Surface) -> Self {
         let pace = |(a, b): (f64, f64)| Pace::even([a, b], [a, b]);
         let paces = [pace(surface.u().domain()), pace(surface.v().domain())];
-        Self { surface, form: SurfaceForm::Spline, paces, swapped: false }
+        Self { surface, form: SurfaceForm::Spline, paces, swapped: false, piece: None }
     }
 }
 
@@ -101,14 +103,14 @@ impl Reader<'_, '_> {
         }
         let surface = Surface::ruled(&first.curve, &second.curve).at(place)?;
         let paces = [first.pace.over([0.0, 1.0]), Pace::even([0.0, 1.0], [0.0, 1.0])];
-        Ok(Sheet::Whole(Whole { surface, form: SurfaceForm::Spline, paces, swapped: false }))
+        Ok(Sheet::Whole(Whole { surface, form: SurfaceForm::Spline, paces, swapped: false, piece: None }))
     }
 
     /// A surface of revolution (120): its first parameter is that of the curve, its second the angle.
     fn revolved(&self, entity: &Entity<'_, '_>, depth: usize) -> Got<Sheet> {
         let place = entity.place;
         let axis = self.curve(entity.pointer(1)?, depth)?;
-        let Run { curve, pace, form, .. } = self.curve(entity.pointer(2)?, depth)?;
+        let Run { curve, pace, form, range } = self.curve(entity.pointer(2)?, depth)?;
         let (start, end) = (entity.real(3)?, entity.real(4)?);
         let ends = axis.curve.points();
         let axis = match (axis.form, ends) {
@@ -131,18 +133,20 @@ impl Reader<'_, '_> {
         let (a, b) = surface.u().domain();
         let around = Pace::turn([start, start + sweep], [a, b], surface.u().spans().count(), sweep);
         let form = revolved_form(&profile, &form, axis.0, direction);
-        Ok(Sheet::Whole(Whole { surface, form, paces: [around, pace], swapped: true }))
+        let piece = revolved_piece(&profile, range, &form, direction, sweep);
+        Ok(Sheet::Whole(Whole { surface, form, paces: [around, pace], swapped: true, piece }))
     }
 
     /// A tabulated cylinder (122): a curve along a vector, both from 0 to 1.
     fn tabulated(&self, entity: &Entity<'_, '_>, depth: usize) -> Got<Sheet> {
         let place = entity.place;
-        let Run { curve, pace, .. } = self.curve(entity.pointer(1)?, depth)?;
+        let Run { curve, pace, form, .. } = self.curve(entity.pointer(1)?, depth)?;
         let to = Point::from(entity.triple(2)?);
         let from = curve.point(curve.domain().0).at(place)?;
         let surface = Surface::extrusion(&curve, to - from).at(place)?;
         let paces = [pace.over([0.0, 1.0]), Pace::even([0.0, 1.0], [0.0, 1.0])];
-        Ok(Sheet::Whole(Whole { surface, form: SurfaceForm::Spline, paces, swapped: false }))
+        let piece = plane_piece(&curve, &form, to - from);
+        Ok(Sheet::Whole(Whole { surface, form: SurfaceForm::Spline, paces, swapped: false, piece }))
     }
 
     /// An offset (140): of an elementary surface one of its kind, of another a spline near to it.
@@ -190,7 +194,7 @@ impl Reader<'_, '_> {
                         short(error)
                     ),
                 );
-                Ok(Sheet::Whole(Whole { surface, form: SurfaceForm::Spline, ..whole }))
+                Ok(Sheet::Whole(Whole { surface, form: SurfaceForm::Spline, piece: None, ..whole }))
             }
         }
     }
@@ -242,6 +246,53 @@ fn plane(entity: &Entity<'_, '_>) -> Got<Sheet> {
         Some(frame) => Ok(Sheet::Elementary(SurfaceForm::Plane { frame })),
         None => Err(Problem::new(place, "a plane without a normal")),
     }
+}
+
+/// A line along a vector across it: a rectangle of a plane.
+fn plane_piece(line: &Curve, form: &CurveForm, along: Vector) -> Option<SurfacePiece> {
+    let (CurveForm::Line, [a, b]) = (form, line.points()) else { return None };
+    let x = b - a;
+    let frame = Frame::new(*a, x.cross(&along), x)?;
+    Some(SurfacePiece {
+        form: SurfaceForm::Plane { frame },
+        ranges: [[0.0, x.norm()], [0.0, along.dot(&frame.y())]],
+    })
+}
+
+/// Which rectangle of an elementary surface a profile turned by an angle is; whether it is that is for others to check.
+fn revolved_piece(
+    profile: &Curve,
+    range: [f64; 2],
+    form: &SurfaceForm,
+    direction: Vector,
+    sweep: f64,
+) -> Option<SurfacePiece> {
+    let (frame, major) = match *form {
+        SurfaceForm::Cylinder { frame, .. } | SurfaceForm::Cone { frame, .. } => (frame, None),
+        SurfaceForm::Sphere { frame, .. } => (frame, Some(0.0)),
+        SurfaceForm::Torus { frame, major, .. } => (frame, Some(major)),
+        _ => return None,
+    };
+    let (low, high) = profile.domain();
+    let at = |k: f64| profile.point(low + k * (high - low)).ok().map(|p| p - frame.origin);
+    // The half plane in which the profile is, by a place of it that is not on the axis.
+    let middle = at(0.5)?;
+    let start = middle.dot(&frame.y()).atan2(middle.dot(&frame.x));
+    let start = if start.abs() <= 1e-12 { 0.0 } else { start };
+    let turns = if frame.z.dot(&direction) < 0.0 { -sweep } else { sweep };
+    let out = frame.x * start.cos() + frame.y() * start.sin();
+    let height = |p: Vector| p.dot(&frame.z);
+    let v = match major {
+        None => [height(at(0.0)?), height(at(1.0)?)],
+        Some(major) => {
+            let angle = |p: Vector| height(p).atan2(p.dot(&out) - major);
+            let (from, quarter) = (angle(at(0.0)?), angle(at(0.25)?));
+            let along = (quarter - from + PI).rem_euclid(TAU) - PI > 0.0;
+            let length = range[1] - range[0];
+            [from, if along { from + length } else { from - length }]
+        }
+    };
+    Some(SurfacePiece { form: *form, ranges: [[start, start + turns], v] })
 }
 
 /// What a turned line or arc is, where that is elementary.
@@ -310,9 +361,18 @@ impl Sheet {
             })?),
             Self::Whole(whole) => {
                 let form = moved_form(whole.form, map).unwrap_or_default();
-                let surface = moved_surface(whole.surface, map, place)?;
+                let surface = match whole.piece {
+                    // Where the map keeps lengths the piece goes along.
+                    Some(piece) => match whole.surface.clone().with_form(piece) {
+                        Ok(formed) => formed.transformed(map).at(place)?,
+                        Err(_) => moved_surface(whole.surface, map, place)?,
+                    },
+                    None => moved_surface(whole.surface, map, place)?,
+                };
+                let piece = surface.form().copied();
+                let surface = surface.without_form();
                 // The normal of the file's parameters is mirrored along with the surface: nothing is turned round.
-                Self::Whole(Whole { surface, form, ..whole })
+                Self::Whole(Whole { surface, form, piece, paces: whole.paces, swapped: whole.swapped })
             }
         })
     }
@@ -332,11 +392,18 @@ impl Sheet {
     /// The surface where nothing says how large it is.
     pub(crate) fn whole(self, place: usize) -> Got<Surface> {
         match self {
-            Self::Whole(whole) => Ok(whole.surface),
-            Self::Elementary(form @ (SurfaceForm::Sphere { .. } | SurfaceForm::Torus { .. })) => {
-                form.covering(&[]).at(place)
+            Self::Whole(Whole { surface, piece: Some(piece), .. }) => {
+                // Of what is that to fewer digits the spline is left.
+                Ok(surface.clone().with_form(piece).unwrap_or(surface))
             }
-            Self::Elementary(form) => Err(Problem::new(place, format!("a {} without ends", form.name()))),
+            Self::Whole(whole) => Ok(whole.surface),
+            Self::Elementary(form) => match form.whole() {
+                Some(ranges) => {
+                    let piece = SurfacePiece { form, ranges };
+                    form.patch(ranges).and_then(|surface| surface.with_form(piece)).at(place)
+                }
+                None => Err(Problem::new(place, format!("a {} without ends", form.name()))),
+            },
         }
     }
 }

@@ -1,9 +1,10 @@
-//! Curves by themselves as the lines (110), circular arcs (100) and conic arcs (104) that they are.
+//! Curves and surfaces by themselves as what they are: lines (110), circular arcs (100) and conic arcs (104), and what these are turned (120) or moved
+//! along (122).
 
 use std::f64::consts::TAU;
 
-use loftsman_kernel::brep::{CurveForm, Frame};
-use loftsman_kernel::spline::{Curve, CurvePiece};
+use loftsman_kernel::brep::{CurveForm, Frame, SurfaceForm};
+use loftsman_kernel::spline::{Curve, CurvePiece, Direction, Surface};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::Matrix4;
 
@@ -56,6 +57,53 @@ impl Printer {
             }
         };
         Some((number, piece.noun()))
+    }
+
+    /// A surface as the rectangle of an elementary one that it is, turned (120) or, of a plane, a line along a vector (122): its number and what
+    /// it is called. `None` where it is a spline and no more.
+    pub(crate) fn formed_surface(
+        &mut self,
+        surface: &Surface,
+        look: Look,
+        properties: &[u32],
+    ) -> Option<(u32, &'static str)> {
+        let piece = *surface.form().filter(|piece| piece.check(surface).is_ok())?;
+        let [[a, b], v] = piece.ranges;
+        let net = surface.points();
+        let columns = surface.v().len();
+        let (start, end) = (*net.first()?, *net.get(columns - 1)?);
+        let line = |ends: [Point; 2]| Record::new(110).reals(ends.iter().flat_map(|p| p.iter()));
+        let (frame, radius, major) = match piece.form {
+            SurfaceForm::Plane { .. } => {
+                let directrix = self.put(line([start, *net.get(net.len() - columns)?]), Look::PART);
+                let record = Record::new(122).entity(directrix).reals(end.iter());
+                return Some((self.put(record.properties(properties), look), piece.noun()));
+            }
+            // Around against the angle runs a mirror image only.
+            _ if a > b => return None,
+            SurfaceForm::Cylinder { frame, .. } | SurfaceForm::Cone { frame, .. } => (frame, None, 0.0),
+            SurfaceForm::Sphere { frame, radius } => (frame, Some(radius), 0.0),
+            SurfaceForm::Torus { frame, major, minor } => (frame, Some(minor), major),
+            _ => return None,
+        };
+        let generatrix = match radius {
+            None => self.put(line([start, end]), Look::PART),
+            Some(radius) => {
+                let x = frame.x * a.cos() + frame.y() * a.sin();
+                let circle = Frame::new(frame.origin + x * major, x.cross(&frame.z), x)?;
+                let form = CurveForm::Circle { frame: circle, radius };
+                let [c, d] = v;
+                let profile = CurvePiece { form, range: [c.min(d), c.max(d)] };
+                let profile = if c < d { profile } else { profile.reversed() };
+                let meridian = surface.isocurve(Direction::U, surface.u().domain().0).ok()?;
+                self.formed(&meridian.with_form(profile).ok()?, Look::PART, &[])?.0
+            }
+        };
+        // As long as the surface is large, so that its direction has all digits.
+        let size = net.iter().map(|p| (p - start).amax()).fold(0.0, f64::max);
+        let axis = self.put(line([frame.origin, frame.origin + frame.z * size]), Look::PART);
+        let record = Record::new(120).entities(&[axis, generatrix]).reals(&[0.0, b - a]);
+        Some((self.put(record.properties(properties), look), piece.noun()))
     }
 
     fn circle(

@@ -432,9 +432,13 @@ impl<'s> Writer<'_, 's> {
                 }
             }
             Geometry::Surface(surface) => {
-                let plain = surface.clamped()?;
                 changes.extend(surface.change_when_clamped());
-                (vec![p.surface(&plain, look, &properties)], "B-spline surface")
+                match p.formed_surface(surface, look, &properties) {
+                    Some((number, form)) => (vec![number], form),
+                    None => {
+                        (vec![p.surface(surface.clamped()?.as_ref(), look, &properties)], "B-spline surface")
+                    }
+                }
             }
             Geometry::Trimmed(trimmed) => match p.trimmed(trimmed, look, &properties)? {
                 Ok(written) => {

@@ -301,7 +301,7 @@ impl<'de> Table<'de> for SolidTable {
 }
 
 pub(super) const CURVES: &str = "\"spline\", \"line\", \"circle\", \"ellipse\", \"parabola\", \"hyperbola\"";
-const SURFACES: &str =
+pub(super) const SURFACES: &str =
     "\"spline\", \"plane\", \"cylinder\", \"cone\", \"sphere\", \"torus\", \"extrusion\", \"revolution\"";
 
 /// What a curve or a surface is beside a spline.

@@ -4,11 +4,11 @@ use loftsman_kernel::Point;
 use loftsman_kernel::brep::CurveForm;
 use loftsman_kernel::error::{Error as Defect, MAX_DEGREE};
 use loftsman_kernel::mesh::{Cloud, Polyline};
-use loftsman_kernel::spline::{Curve, CurvePiece, Space, Surface};
+use loftsman_kernel::spline::{Curve, CurvePiece, Space, Surface, SurfacePiece};
 use serde::de::{Error, MapAccess};
 
-use super::brep::{CURVES, Form, FormTable};
-use super::lists::{Count, Grid, GridSeed, List, Number};
+use super::brep::{CURVES, Form, FormTable, SURFACES};
+use super::lists::{Count, Fixed, Grid, GridSeed, List, Number};
 use super::table::{Table, TableSeed, need};
 use super::trail::Trail;
 
@@ -292,6 +292,84 @@ impl<'de> Table<'de> for SurfaceTable {
         }
         Surface::build(u, v, points.items, self.weights.map(|w| w.items))
             .map_err(|defect| refuse(&defect, points.columns, trail))
+    }
+}
+
+/// `"surface"` of an object: with what it is beside a spline.
+#[derive(Default)]
+pub(super) struct FormedSurfaceTable {
+    surface: SurfaceTable,
+    form: Option<SurfacePiece>,
+}
+
+impl<'de> Table<'de> for FormedSurfaceTable {
+    type Out = Surface;
+    const WHAT: &'static str = SurfaceTable::WHAT;
+    const FIELDS: &'static [&'static str] = &["u", "v", "points", "weights", "form"];
+
+    fn field<A: MapAccess<'de>>(
+        &mut self,
+        name: &'static str,
+        map: &mut A,
+        trail: &Trail,
+    ) -> Result<(), A::Error> {
+        if name != "form" {
+            return self.surface.field(name, map, trail);
+        }
+        self.form = Some(map.next_value_seed(TableSeed { trail, table: PatchOfFormTable::default() })?);
+        Ok(())
+    }
+
+    fn finish<E: Error>(self, trail: &Trail) -> Result<Surface, E> {
+        let surface = self.surface.finish(trail)?;
+        let Some(form) = self.form else { return Ok(surface) };
+        surface.with_form(form).map_err(|defect| {
+            let problem = format!("{defect}; leave the form out of what is a spline only");
+            trail.refuse_table("form", problem)
+        })
+    }
+}
+
+/// `"form"` of a surface: an elementary one, and from where to where.
+#[derive(Default)]
+struct PatchOfFormTable {
+    form: FormTable,
+    u: Option<[f64; 2]>,
+    v: Option<[f64; 2]>,
+}
+
+impl<'de> Table<'de> for PatchOfFormTable {
+    type Out = SurfacePiece;
+    const WHAT: &'static str = FormTable::WHAT;
+    const FIELDS: &'static [&'static str] =
+        &["kind", "origin", "x", "z", "radius", "angle", "major", "minor", "u", "v"];
+
+    fn field<A: MapAccess<'de>>(
+        &mut self,
+        name: &'static str,
+        map: &mut A,
+        trail: &Trail,
+    ) -> Result<(), A::Error> {
+        let range = Fixed { trail, what: "[from, to]" };
+        match name {
+            "u" => self.u = Some(map.next_value_seed(range)?),
+            "v" => self.v = Some(map.next_value_seed(range)?),
+            _ => return self.form.field(name, map, trail),
+        }
+        Ok(())
+    }
+
+    fn finish<E: Error>(self, trail: &Trail) -> Result<SurfacePiece, E> {
+        let form = match self.form.finish(trail)? {
+            Form::Surface(form) => form,
+            Form::Curve(form) => {
+                let problem = format!("\"{}\" is no kind of surface; known are {SURFACES}", form.name());
+                return Err(trail.refuse_table("kind", problem));
+            }
+        };
+        let u = need::<Self, _, _>(self.u, "u", trail)?;
+        let v = need::<Self, _, _>(self.v, "v", trail)?;
+        Ok(SurfacePiece { form, ranges: [u, v] })
     }
 }
 

@@ -14,7 +14,7 @@ use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess};
 use super::brep::BrepTable;
 use super::definition::{DefinitionsSeed, Earlier, InstanceTable, Into, ObjectsSeed, SameTable};
 use super::geometry::{
-    AnimationTable, CloudTable, FormedCurveTable, GroupTable, PolylineTable, SurfaceTable,
+    AnimationTable, CloudTable, FormedCurveTable, FormedSurfaceTable, GroupTable, PolylineTable,
 };
 use super::layer::LayerTable;
 use super::lists::{Count, Fixed, List, Text};
@@ -174,7 +174,9 @@ impl ObjectTable<'_> {
             }
             "curve" => map.next_value_seed(TableSeed { trail, table: FormedCurveTable::default() })?.into(),
             "trimmed" => map.next_value_seed(TableSeed { trail, table: TrimmedTable::default() })?.into(),
-            "surface" => map.next_value_seed(TableSeed { trail, table: SurfaceTable::default() })?.into(),
+            "surface" => {
+                map.next_value_seed(TableSeed { trail, table: FormedSurfaceTable::default() })?.into()
+            }
             "brep" => map.next_value_seed(TableSeed { trail, table: BrepTable::default() })?.into(),
             "mesh" => map.next_value_seed(TableSeed { trail, table: MeshTable::default() })?.into(),
             "polyline" => map.next_value_seed(TableSeed { trail, table: PolylineTable::default() })?.into(),

@@ -3,7 +3,7 @@
 use std::io;
 
 use loftsman_kernel::brep::{Brep, CurveForm, Frame, SurfaceForm, Use};
-use loftsman_kernel::spline::CurvePiece;
+use loftsman_kernel::spline::{CurvePiece, SurfacePiece};
 
 use super::layout::Layout;
 use super::spline;
@@ -188,6 +188,26 @@ fn curve_table(
 }
 
 fn surface_form(form: &SurfaceForm, out: &mut Layout<'_>) -> io::Result<()> {
+    surface_table(form, out, |_| Ok(()))
+}
+
+/// A rectangle of an elementary surface, as a field of a surface.
+pub(super) fn surface_piece(piece: &SurfacePiece, out: &mut Layout<'_>) -> io::Result<()> {
+    surface_table(&piece.form, out, |out| {
+        for (key, range) in ["u", "v"].into_iter().zip(&piece.ranges) {
+            out.key(key)?;
+            out.row(range)?;
+        }
+        Ok(())
+    })
+}
+
+/// What a surface is, with what more there is to say; nothing of a spline.
+fn surface_table(
+    form: &SurfaceForm,
+    out: &mut Layout<'_>,
+    more: impl FnOnce(&mut Layout<'_>) -> io::Result<()>,
+) -> io::Result<()> {
     let (frame, sizes): (&Frame, &[(&str, f64)]) = match form {
         SurfaceForm::Spline => return Ok(()),
         SurfaceForm::Plane { frame } => (frame, &[]),
@@ -211,23 +231,13 @@ fn surface_form(form: &SurfaceForm, out: &mut Layout<'_>) -> io::Result<()> {
             });
         }
     };
-    form_table("form", form.name(), Some(frame), sizes, out)
-}
-
-fn form_table(
-    key: &str,
-    kind: &str,
-    frame: Option<&Frame>,
-    sizes: &[(&str, f64)],
-    out: &mut Layout<'_>,
-) -> io::Result<()> {
-    table(key, out, |out| {
-        place(kind, frame, out)?;
+    table("form", out, |out| {
+        place(form.name(), Some(frame), out)?;
         for (name, size) in sizes {
             out.key(name)?;
             out.number(*size)?;
         }
-        Ok(())
+        more(out)
     })
 }
 

@@ -250,6 +250,9 @@ fn write_geometry<'s>(
         }
         Geometry::Surface(surface) => {
             spline::surface(surface, out)?;
+            if let Some(form) = surface.form() {
+                brep::surface_piece(form, out)?;
+            }
             format!("surface with {} by {} vertices", surface.u().len(), surface.v().len())
         }
         Geometry::Trimmed(trimmed) => {

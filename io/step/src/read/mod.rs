@@ -2,7 +2,6 @@
 
 mod brep;
 mod curve;
-mod elementary;
 mod emit;
 mod entity;
 mod facets;

@@ -3,12 +3,11 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use loftsman_kernel::brep::{CurveForm, Frame, SurfaceForm};
-use loftsman_kernel::spline::{Curve, Direction, Surface};
+use loftsman_kernel::spline::{Curve, Direction, Surface, SurfacePiece};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::{Rotation3, Unit};
 
 use super::curve::Basis;
-use super::elementary::rectangle;
 use super::entity::{At, Got, Problem, deeper};
 use super::place::Space;
 use super::spline::{SURFACES, is_one};
@@ -210,7 +209,17 @@ impl Space<'_, '_> {
                     SurfaceForm::Torus { .. } => (around([a, b]), around([c, d])),
                     _ => (around([a, b]), [c * angle, d * angle]),
                 };
-                rectangle(form, [Some(u), Some(v)]).at(number)?
+                if !(u[0] < u[1] && v[0] < v[1]) {
+                    let text = format!(
+                        "it runs from {} to {} and from {} to {}: the second must be more",
+                        u[0], u[1], v[0], v[1]
+                    );
+                    return Err(Problem::new(number, text));
+                }
+                let turned =
+                    |[low, high]: [f64; 2], sense: bool| if sense { [low, high] } else { [high, low] };
+                let ranges = [turned(u, u_sense), turned(v, v_sense)];
+                return formed(SurfacePiece { form: *form, ranges }, number).map(Sheet::Spline);
             }
             Sheet::Extrusion { curve, along, .. } => {
                 let part = curve.between(a, b).at(number)?;
@@ -238,6 +247,11 @@ impl Space<'_, '_> {
             _ => Sheet::Spline(surface),
         })
     }
+}
+
+/// A rectangle of an elementary surface as a spline that keeps what it is.
+fn formed(piece: SurfacePiece, number: u64) -> Got<Surface> {
+    piece.form.patch(piece.ranges).and_then(|surface| surface.with_form(piece)).at(number)
 }
 
 /// What a curve of a form is that is turned about an axis.
@@ -298,7 +312,10 @@ impl Sheet {
     pub(crate) fn whole(&self, number: u64) -> Got<Surface> {
         match self {
             Self::Spline(surface) | Self::Near(surface, _) | Self::Turned(surface, _) => Ok(surface.clone()),
-            Self::Elementary(form, _) => rectangle(form, [None, None]).at(number),
+            Self::Elementary(form, _) => match form.whole() {
+                Some(ranges) => formed(SurfacePiece { form: *form, ranges }, number),
+                None => Err(Problem::new(number, format!("a {} without ends", form.name()))),
+            },
             _ => Err(Problem::new(number, "a surface without ends")),
         }
     }

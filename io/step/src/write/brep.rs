@@ -219,31 +219,7 @@ impl Printer {
             return Ok(Sheet { number, same, spline: None });
         }
         let same = same_side(&surface, form)?;
-        let written = match (*form, same) {
-            (SurfaceForm::Plane { frame }, Some(_)) => {
-                let placement = self.frame(&frame);
-                Some(self.put(&format!("PLANE('',#{placement})")))
-            }
-            (SurfaceForm::Cylinder { frame, radius }, Some(_)) => {
-                let placement = self.frame(&frame);
-                Some(self.put(&format!("CYLINDRICAL_SURFACE('',#{placement},{})", real(radius))))
-            }
-            (SurfaceForm::Cone { frame, radius, angle }, Some(_)) => {
-                let placement = self.frame(&frame);
-                let (radius, angle) = (real(radius), real(angle));
-                Some(self.put(&format!("CONICAL_SURFACE('',#{placement},{radius},{angle})")))
-            }
-            (SurfaceForm::Sphere { frame, radius }, Some(_)) => {
-                let placement = self.frame(&frame);
-                Some(self.put(&format!("SPHERICAL_SURFACE('',#{placement},{})", real(radius))))
-            }
-            (SurfaceForm::Torus { frame, major, minor }, Some(_)) if major > minor => {
-                let placement = self.frame(&frame);
-                let (major, minor) = (real(major), real(minor));
-                Some(self.put(&format!("TOROIDAL_SURFACE('',#{placement},{major},{minor})")))
-            }
-            _ => None,
-        };
+        let written = same.and_then(|_| self.elementary(form));
         match (written, same) {
             (Some(number), Some(same)) => Ok(Sheet { number, same, spline: None }),
             _ => {
@@ -251,6 +227,25 @@ impl Printer {
                 Ok(Sheet { number: self.surface(&plain), same: true, spline: Some(plain) })
             }
         }
+    }
+}
+
+impl Printer {
+    /// An elementary surface; `None` of another, and of a torus that cuts itself.
+    pub(super) fn elementary(&mut self, form: &SurfaceForm) -> Option<u64> {
+        let (frame, kind, sizes) = match *form {
+            SurfaceForm::Plane { frame } => (frame, "PLANE", vec![]),
+            SurfaceForm::Cylinder { frame, radius } => (frame, "CYLINDRICAL_SURFACE", vec![radius]),
+            SurfaceForm::Cone { frame, radius, angle } => (frame, "CONICAL_SURFACE", vec![radius, angle]),
+            SurfaceForm::Sphere { frame, radius } => (frame, "SPHERICAL_SURFACE", vec![radius]),
+            SurfaceForm::Torus { frame, major, minor } if major > minor => {
+                (frame, "TOROIDAL_SURFACE", vec![major, minor])
+            }
+            _ => return None,
+        };
+        let placement = self.frame(&frame);
+        let sizes: String = sizes.into_iter().map(|size| format!(",{}", real(size))).collect();
+        Some(self.put(&format!("{kind}('',#{placement}{sizes})")))
     }
 }
 

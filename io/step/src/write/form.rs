@@ -1,12 +1,12 @@
-//! Curves by themselves as the lines and conics that they are.
+//! Curves and surfaces by themselves as the lines, conics and elementary surfaces that they are.
 
 use std::f64::consts::TAU;
 
 use loftsman_kernel::Point;
 use loftsman_kernel::brep::CurveForm;
-use loftsman_kernel::spline::{Curve, CurvePiece};
+use loftsman_kernel::spline::{Curve, CurvePiece, Surface};
 
-use super::print::{Printer, real};
+use super::print::{Printer, flag, real};
 
 /// Beyond these the squares of lengths are no numbers that can be computed with.
 const LENGTHS: std::ops::Range<f64> = 1e-150..1e150;
@@ -53,6 +53,23 @@ impl Printer {
         // OpenCASCADE takes the parameters of a parabola for others than the schema has.
         let counts = if let CurveForm::Parabola { .. } = form { "CARTESIAN" } else { "PARAMETER" };
         let number = if whole { basis } else { self.part(basis, ends, range, counts) };
+        Some((number, piece.noun()))
+    }
+
+    /// A surface as the rectangle of an elementary one that it is: its number and what it is called. `None` where it is a spline and no more.
+    pub(crate) fn formed_surface(&mut self, surface: &Surface) -> Option<(u64, &'static str)> {
+        let piece = *surface.form().filter(|piece| piece.check(surface).is_ok())?;
+        let [[a, b], [c, d]] = piece.ranges;
+        // Around against the angle runs a mirror image only.
+        if a > b {
+            return None;
+        }
+        let basis = self.elementary(&piece.form)?;
+        // Also what is whole: OpenCASCADE shows no surface without ends.
+        let [a, b, c, d] = [a, b, c, d].map(real);
+        let along = flag(piece.ranges[1][0] < piece.ranges[1][1]);
+        let number =
+            self.put(&format!("RECTANGULAR_TRIMMED_SURFACE('',#{basis},{a},{b},{c},{d},.T.,{along})"));
         Some((number, piece.noun()))
     }
 

@@ -94,10 +94,12 @@ pub(crate) fn put(p: &mut Printer, geometry: &Geometry, name: &str) -> loftsman_
             items
         }
         Geometry::Surface(surface) => {
-            let plain = surface.clamped()?;
-            let number = p.surface(&plain);
-            let mut items =
-                Items::one(p, "GEOMETRIC_SET", name, &[number], Carrier::Surface, "B-spline surface");
+            let formed = p.formed_surface(surface);
+            let (number, form) = match formed {
+                Some(formed) => formed,
+                None => (p.surface(surface.clamped()?.as_ref()), "B-spline surface"),
+            };
+            let mut items = Items::one(p, "GEOMETRIC_SET", name, &[number], Carrier::Surface, form);
             items.changes.extend(surface.change_when_clamped());
             items
         }

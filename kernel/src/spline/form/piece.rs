@@ -217,13 +217,13 @@ impl CurvePiece {
                 return no(format!("it is {off:e} off"));
             }
             let (first, last) = (at(0.0), at(1.0));
-            if before.is_some_and(|before| !(nalgebra::distance(&before, &first) <= near)) {
+            if before.is_some_and(|before| nalgebra::distance(&before, &first) > near) {
                 return no("it has a gap".to_owned());
             }
             let step = self.form.parameter(last) - self.form.parameter(first);
             // A span of positive weights turns by less than half a turn.
             let step = if round { (step + PI).rem_euclid(TAU) - PI } else { step };
-            if !(step > 0.0) {
+            if step <= 0.0 || step.is_nan() {
                 return no("it does not run along it".to_owned());
             }
             sum += step;
@@ -236,7 +236,7 @@ impl CurvePiece {
             let apart = apart.transpose()?.unwrap_or(f64::INFINITY);
             // Angles that are not small are rounded, too.
             let slack = near + f64::EPSILON * t.abs() * curve_speed(&self.form, t);
-            if !(apart <= slack) {
+            if apart > slack || apart.is_nan() {
                 return no(format!("its range ends at {t}, {apart:e} from where the curve does"));
             }
         }
