@@ -10,7 +10,7 @@ use loftsman_kernel::conformance::{same_forms, sample_forms};
 use loftsman_kernel::plugin::{Format, Memory, ReadOptions, WriteOptions};
 use loftsman_kernel::scene::{Geometry, Scene, Unit};
 use loftsman_kernel::shape::Shape;
-use loftsman_kernel::spline::{Curve, CurvePiece};
+use loftsman_kernel::spline::{Curve, CurvePiece, Direction};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::Matrix4;
 
@@ -25,7 +25,17 @@ fn write(scene: &Scene, unit: Option<Unit>) -> String {
 
 /// How many B-spline curves (126) a file has.
 fn splines(text: &str) -> usize {
-    text.lines().filter(|line| line.starts_with("     126") && line.get(72..73) == Some("D")).count() / 2
+    of_type(text, 126)
+}
+
+/// How many B-spline surfaces (128) it has.
+fn sheets(text: &str) -> usize {
+    of_type(text, 128)
+}
+
+fn of_type(text: &str, kind: u32) -> usize {
+    let starts = format!("{kind:8}");
+    text.lines().filter(|line| line.starts_with(&starts) && line.get(72..73) == Some("D")).count() / 2
 }
 
 fn read(text: &str) -> Scene {
@@ -94,6 +104,41 @@ fn what_was_edited_is_written_as_a_spline() {
         assert_eq!(count(curve.clone().into(), Some(stretch)), usize::from(!is_line));
         assert_eq!(count(curve.clone().into(), Some(Matrix4::new_scaling(3.0))), 0);
         assert_eq!(count(curve.clone().into(), Some(Matrix4::new_scaling(-3.0))), 0);
+    }
+}
+
+/// The same of surfaces; a mirror image is of the same form, but of a cone.
+#[test]
+fn surfaces_that_were_edited_are_written_as_splines() {
+    for object in sample_forms().unwrap().objects() {
+        let Geometry::Surface(surface) = object.geometry() else { continue };
+        let count = |geometry: Geometry, transform: Option<Matrix4<f64>>| {
+            let mut scene = Scene::new();
+            let mut object = loftsman_kernel::scene::Object::new("s", geometry);
+            object.transform = transform;
+            scene.add(object).unwrap();
+            let text = write(&scene, None);
+            let found = read(&text);
+            let surface = |o: &loftsman_kernel::scene::Object| match o.geometry() {
+                Geometry::Surface(surface) => Some(surface.form().is_none()),
+                _ => None,
+            };
+            assert_eq!(found.objects().iter().filter_map(surface).collect::<Vec<_>>(), [sheets(&text) > 0]);
+            sheets(&text)
+        };
+        assert_eq!(count(surface.clone().into(), None), 0, "{}", object.name());
+        let mut moved = surface.clone();
+        moved.control_vertices_mut()[0].x += 1e-9;
+        let reversed = surface.reverse(Direction::U).unwrap();
+        for other in [moved, reversed, surface.elevate(Direction::V, 1).unwrap()] {
+            assert_eq!(count(other.into(), None), 1);
+        }
+        let stretch = Matrix4::new_nonuniform_scaling(&Vector::new(1.0, 2.0, 1.0));
+        assert_eq!(count(surface.clone().into(), Some(stretch)), 1);
+        assert_eq!(count(surface.clone().into(), Some(Matrix4::new_scaling(3.0))), 0);
+        let mirror = Matrix4::new_nonuniform_scaling(&Vector::new(-2.0, 2.0, 2.0));
+        // Where it is placed it is not written otherwise.
+        assert_eq!(count(surface.clone().into(), Some(mirror)), 0);
     }
 }
 
@@ -167,4 +212,42 @@ fn forms_are_those_of_the_file() {
     let near_it = one(3, "104,1.,0.,0.,0.,-4.,4.,7.,-2.,2.,4.,5.0001;", None);
     assert!(near_it.form().is_none());
     assert_eq!(near_it.points().last(), Some(&Point::new(4.0, 5.0001, 7.0)));
+}
+
+/// Lines and arcs that are turned, whichever way they run and the axis points.
+#[test]
+fn surfaces_of_revolution_are_what_their_profiles_make_them() {
+    let turned = |generatrix: &str, matrix: i32, axis: &str, angles: &str| {
+        let turned = format!("120,1,3,{angles};");
+        let mut all = vec![
+            Entity { status: "00010000", ..entity(0, axis) },
+            Entity { status: "00010000", matrix, ..entity(0, generatrix) },
+            entity(0, &turned),
+        ];
+        if matrix > 0 {
+            all.push(entity(0, "124,1.,0.,0.,0.,0.,0.,-1.,0.,0.,1.,0.,0.;"));
+        }
+        let scene = read(&file(&all));
+        let Geometry::Surface(surface) = scene.objects()[0].geometry().clone() else {
+            panic!("{generatrix}")
+        };
+        *surface.form().unwrap()
+    };
+    let (up, down) = ("110,0.,0.,0.,0.,0.,5.;", "110,0.,0.,5.,0.,0.,0.;");
+    for axis in [up, down] {
+        for (line, noun) in [
+            ("110,2.,0.,1.,2.,0.,4.;", "cylinder"),
+            ("110,2.,0.,4.,2.,0.,1.;", "cylinder"),
+            ("110,2.,0.,1.,3.,0.,4.;", "cone"),
+            ("110,3.,0.,4.,0.,0.,1.;", "cone"),
+        ] {
+            assert_eq!(turned(line, 0, axis, "0.5,2.").noun(), noun, "{line}");
+            assert_eq!(turned(line, 0, axis, "0.,6.283185307179586").noun(), noun, "{line}");
+        }
+        // In the plane of x and z: half a circle about the origin, and a whole one beside the axis.
+        assert_eq!(turned("100,0.,0.,0.,0.,-2.,0.,2.;", 7, axis, "0.,6.283185307179586").noun(), "sphere");
+        assert_eq!(turned("100,0.,0.,0.,1.2,-1.6,1.6,1.2;", 7, axis, "0.25,3.").noun(), "sphere");
+        assert_eq!(turned("100,0.,5.,0.,6.,0.,6.,0.;", 7, axis, "0.,6.283185307179586").noun(), "torus");
+        assert_eq!(turned("100,0.,5.,0.,5.,1.,4.,0.;", 7, axis, "1.,2.").noun(), "torus");
+    }
 }

@@ -64,7 +64,9 @@
 //! `"torus"` `major` and `minor`, `"plane"` no more, `"parabola"` its `focal` length, `"hyperbola"` `radii` as the ellipse. An `"extrusion"` has the vector
 //! `along` instead of a place, a `"revolution"` its axis `z`; both the form of the swept curve as their `profile`, where that is more than a spline. A curve that is an object
 //! may have a `form`, too, of a line or conic; there it says as well which piece, `from` and `to`: angles of a circle or ellipse from `x` on, `t` of `f t² x + 2 f t y` (parabola) or of
-//! `a cosh t x + b sinh t y` (hyperbola), the second more than the first, `y` being `z` × `x`. A form that is not the curve's, to rounding, is refused. Loops that do not close, and solids whose shells do not, are errors.
+//! `a cosh t x + b sinh t y` (hyperbola), the second more than the first, `y` being `z` × `x`. A surface
+//! that is an object may have one of a plane, cylinder, cone, sphere or torus, with the ranges `u` and `v` of its parameters on that: of a plane lengths along `x` and `y`, else angles about `z` from `x` on, and
+//! heights along `z` (cylinder, cone), latitudes (sphere) or angles around the tube from outside (torus); the second less than the first where the spline runs the other way. A form that is not that of the spline, to rounding, is refused. Loops that do not close, and solids whose shells do not, are errors.
 //!
 //! A mesh may have the layers `normals`, `tangents` (`[x, y, z, sign]`), `uvs`, `more_uvs` (a list of layers) and `colors` (linear red, green, blue,
 //! alpha). A layer is a list, one value a point, or a table `{ "values": […], "corners": […] }` with the index of the

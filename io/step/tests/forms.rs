@@ -9,7 +9,7 @@ use loftsman_kernel::conformance::{same_forms, sample_forms};
 use loftsman_kernel::plugin::{Format, Memory, ReadOptions, WriteOptions};
 use loftsman_kernel::scene::{Geometry, Scene, Unit};
 use loftsman_kernel::shape::Shape;
-use loftsman_kernel::spline::{Curve, CurvePiece};
+use loftsman_kernel::spline::{Curve, CurvePiece, Direction};
 use loftsman_kernel::{Point, Vector};
 use loftsman_step::Step;
 use nalgebra::Matrix4;
@@ -88,6 +88,44 @@ fn what_was_edited_is_written_as_a_spline() {
     }
 }
 
+/// The same of surfaces; a mirror image is of the same form, but of a cone.
+#[test]
+fn surfaces_that_were_edited_are_written_as_splines() {
+    for object in sample_forms().unwrap().objects() {
+        let Geometry::Surface(surface) = object.geometry() else { continue };
+        let count = |geometry: Geometry, transform: Option<Matrix4<f64>>| {
+            let mut scene = Scene::new();
+            let mut object = loftsman_kernel::scene::Object::new("s", geometry);
+            object.transform = transform;
+            scene.add(object).unwrap();
+            let text = write(&scene, None);
+            let found = read(&text);
+            let surface = |o: &loftsman_kernel::scene::Object| match o.geometry() {
+                Geometry::Surface(surface) => Some(surface.form().is_none()),
+                _ => None,
+            };
+            assert_eq!(
+                found.objects().iter().filter_map(surface).collect::<Vec<_>>(),
+                [text.contains("B_SPLINE_SURFACE_WITH_KNOTS")]
+            );
+            text.matches("B_SPLINE_SURFACE_WITH_KNOTS").count()
+        };
+        assert_eq!(count(surface.clone().into(), None), 0, "{}", object.name());
+        let mut moved = surface.clone();
+        moved.control_vertices_mut()[0].x += 1e-9;
+        let reversed = surface.reverse(Direction::U).unwrap();
+        for other in [moved, reversed, surface.elevate(Direction::V, 1).unwrap()] {
+            assert_eq!(count(other.into(), None), 1);
+        }
+        let stretch = Matrix4::new_nonuniform_scaling(&Vector::new(1.0, 2.0, 1.0));
+        assert_eq!(count(surface.clone().into(), Some(stretch)), 1);
+        assert_eq!(count(surface.clone().into(), Some(Matrix4::new_scaling(3.0))), 0);
+        let mirror = Matrix4::new_nonuniform_scaling(&Vector::new(-2.0, 2.0, 2.0));
+        let is_cone = surface.form().unwrap().noun() == "cone";
+        assert_eq!(count(surface.clone().into(), Some(mirror)), usize::from(is_cone));
+    }
+}
+
 fn one(item: &str) -> Curve {
     let text = common::file("#100", &format!("{}#100=GEOMETRIC_CURVE_SET('',(#101));\n{item}", common::AXES));
     let Geometry::Curve(curve) = read(&text).objects()[0].geometry().clone() else { panic!("{item}") };
@@ -147,4 +185,40 @@ fn forms_are_those_of_the_file() {
          #110=CARTESIAN_POINT('',(1.,0.,0.));#111=CARTESIAN_POINT('',(1.,1.,0.));#112=CARTESIAN_POINT('',(0.,1.,0.));",
     );
     assert!(spline.form().is_none());
+}
+
+/// Rectangles by the formulas of the schema, in degrees, and by their senses.
+#[test]
+fn rectangles_are_those_of_the_file() {
+    let form = |basis: &str, [u, v]: [&str; 2], senses: &str| {
+        let item = format!("#101=RECTANGULAR_TRIMMED_SURFACE('',#102,{u},{v},{senses});#102={basis};");
+        let text = common::file("#100", &format!("{}#100=GEOMETRIC_SET('',(#101));\n{item}", common::AXES));
+        let Geometry::Surface(surface) = read(&text).objects()[0].geometry().clone() else {
+            panic!("{item}")
+        };
+        *surface.form().unwrap()
+    };
+    let quarter = PI / 2.0;
+    for (basis, ranges, senses, expected) in [
+        ("CYLINDRICAL_SURFACE('',#10,2.)", ["0.,90.", "1.,3."], ".T.,.T.", [[0.0, quarter], [1.0, 3.0]]),
+        ("CYLINDRICAL_SURFACE('',#10,2.)", ["0.,90.", "3.,1."], ".T.,.F.", [[0.0, quarter], [3.0, 1.0]]),
+        (
+            "CONICAL_SURFACE('',#10,2.,45.)",
+            ["-90.,90.", "0.,1."],
+            ".T.,.T.",
+            [[-quarter, quarter], [0.0, 1.0]],
+        ),
+        ("SPHERICAL_SURFACE('',#10,2.)", ["0.,360.", "-90.,0."], ".T.,.T.", [[0.0, TAU], [-quarter, 0.0]]),
+        (
+            "TOROIDAL_SURFACE('',#10,3.,1.)",
+            ["270.,90.", "0.,90."],
+            ".T.,.T.",
+            [[3.0 * quarter, 5.0 * quarter], [0.0, quarter]],
+        ),
+        ("PLANE('',#10)", ["0.,2.", "-1.,4."], ".T.,.T.", [[0.0, 2.0], [-1.0, 4.0]]),
+    ] {
+        let found = form(basis, ranges, senses);
+        let off = found.ranges.iter().flatten().zip(expected.iter().flatten()).map(|(a, b)| (a - b).abs());
+        assert!(off.fold(0.0, f64::max) < 1e-14, "{basis}: {:?}", found.ranges);
+    }
 }

@@ -33,7 +33,7 @@ pub(crate) struct Whole {
     /// Whether the file's first parameter is `v`: then its normal is `-S_u × S_v`.
     pub(crate) swapped: bool,
     /// The rectangle of an elementary surface that it is.
-    pub(crate) piece: Option<SurfacePiece>,
+    pub(crate) piece: Option<Box<SurfacePiece>>,
 }
 
 /// A surface of a face.
@@ -133,7 +133,7 @@ impl Reader<'_, '_> {
         let (a, b) = surface.u().domain();
         let around = Pace::turn([start, start + sweep], [a, b], surface.u().spans().count(), sweep);
         let form = revolved_form(&profile, &form, axis.0, direction);
-        let piece = revolved_piece(&profile, range, &form, direction, sweep);
+        let piece = revolved_piece(&profile, range, &form, direction, sweep).map(Box::new);
         Ok(Sheet::Whole(Whole { surface, form, paces: [around, pace], swapped: true, piece }))
     }
 
@@ -145,7 +145,7 @@ impl Reader<'_, '_> {
         let from = curve.point(curve.domain().0).at(place)?;
         let surface = Surface::extrusion(&curve, to - from).at(place)?;
         let paces = [pace.over([0.0, 1.0]), Pace::even([0.0, 1.0], [0.0, 1.0])];
-        let piece = plane_piece(&curve, &form, to - from);
+        let piece = plane_piece(&curve, &form, to - from).map(Box::new);
         Ok(Sheet::Whole(Whole { surface, form: SurfaceForm::Spline, paces, swapped: false, piece }))
     }
 
@@ -363,13 +363,13 @@ impl Sheet {
                 let form = moved_form(whole.form, map).unwrap_or_default();
                 let surface = match whole.piece {
                     // Where the map keeps lengths the piece goes along.
-                    Some(piece) => match whole.surface.clone().with_form(piece) {
+                    Some(piece) => match whole.surface.clone().with_form(*piece) {
                         Ok(formed) => formed.transformed(map).at(place)?,
                         Err(_) => moved_surface(whole.surface, map, place)?,
                     },
                     None => moved_surface(whole.surface, map, place)?,
                 };
-                let piece = surface.form().copied();
+                let piece = surface.form().copied().map(Box::new);
                 let surface = surface.without_form();
                 // The normal of the file's parameters is mirrored along with the surface: nothing is turned round.
                 Self::Whole(Whole { surface, form, piece, paces: whole.paces, swapped: whole.swapped })
@@ -394,7 +394,7 @@ impl Sheet {
         match self {
             Self::Whole(Whole { surface, piece: Some(piece), .. }) => {
                 // Of what is that to fewer digits the spline is left.
-                Ok(surface.clone().with_form(piece).unwrap_or(surface))
+                Ok(surface.clone().with_form(*piece).unwrap_or(surface))
             }
             Self::Whole(whole) => Ok(whole.surface),
             Self::Elementary(form) => match form.whole() {

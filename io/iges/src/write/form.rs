@@ -79,7 +79,7 @@ impl Printer {
                 let record = Record::new(122).entity(directrix).reals(end.iter());
                 return Some((self.put(record.properties(properties), look), piece.noun()));
             }
-            // Around against the angle runs a mirror image only.
+            // Around against the angle runs the mirror image of a cone.
             _ if a > b => return None,
             SurfaceForm::Cylinder { frame, .. } | SurfaceForm::Cone { frame, .. } => (frame, None, 0.0),
             SurfaceForm::Sphere { frame, radius } => (frame, Some(radius), 0.0),

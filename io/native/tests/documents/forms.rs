@@ -47,3 +47,22 @@ fn forms_that_are_not_those_of_the_curve_are_refused() {
         assert!(error.contains(said), "{is}: {error}");
     }
 }
+
+#[test]
+fn forms_that_are_not_those_of_the_surface_are_refused() {
+    let mut scene = sample_forms().unwrap();
+    scene.retain(|object| ["cylinder", "torus"].contains(&object.name()));
+    let text = String::from_utf8(write(&scene)).unwrap();
+    for (was, is, said) in [
+        ("\"radius\": 2", "\"radius\": 2.000001", "the surface is no cylinder"),
+        ("\"major\": 5", "\"major\": -5", "must be positive"),
+        ("\"u\": [0.3, 2.9]", "\"u\": [0.3, 2.8]", "the surface is no cylinder"),
+        ("\"v\": [-1, 4]", "\"v\": [4, -1]", "the surface is no cylinder"),
+        ("\"v\": [-1, 4]", "\"w\": [-1, 4]", "no field \"w\""),
+        ("\"kind\": \"cylinder\"", "\"kind\": \"circle\"", "no kind of surface"),
+    ] {
+        assert!(text.contains(was), "{was} in {text}");
+        let error = read(text.replacen(was, is, 1)).unwrap_err().to_string();
+        assert!(error.contains(said), "{is}: {error}");
+    }
+}

@@ -60,7 +60,7 @@ impl Printer {
     pub(crate) fn formed_surface(&mut self, surface: &Surface) -> Option<(u64, &'static str)> {
         let piece = *surface.form().filter(|piece| piece.check(surface).is_ok())?;
         let [[a, b], [c, d]] = piece.ranges;
-        // Around against the angle runs a mirror image only.
+        // Around against the angle runs the mirror image of a cone.
         if a > b {
             return None;
         }

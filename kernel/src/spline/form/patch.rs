@@ -118,8 +118,15 @@ impl SurfacePiece {
         }
         // Axis and `x` go where the map brings them, and `y = z × x` does not where that mirrors.
         if (linear / linear.amax()).determinant() < 0.0 {
-            match form {
+            match &mut form {
                 SurfaceForm::Plane { .. } => v = v.map(|t| -t),
+                // Seen from its other end; a cone opens there.
+                SurfaceForm::Cylinder { frame, .. }
+                | SurfaceForm::Sphere { frame, .. }
+                | SurfaceForm::Torus { frame, .. } => {
+                    frame.z = -frame.z;
+                    v = v.map(|t| -t);
+                }
                 _ => u = u.map(|t| -t),
             }
         }
