@@ -47,7 +47,8 @@ impl ParameterCurve {
                 "a curve in the parameter plane runs from {from} to {to}: the first must be less; reverse the curve"
             )));
         }
-        Ok(Self { curve, from, to })
+        // What lies in a parameter plane is its spline and no more.
+        Ok(Self { curve: curve.without_form(), from, to })
     }
 
     /// The whole of a plane curve.
@@ -140,7 +141,8 @@ impl Trimmed {
         for (p, &point) in points.iter().enumerate() {
             inside(&surface, point).map_err(|e| named(&format!("special point {p}"), &e))?;
         }
-        Ok(Self { surface, regions, curves, points })
+        // Loops lie in the parameters of the spline, which the form of it has others than.
+        Ok(Self { surface: surface.without_form(), regions, curves, points })
     }
 
     /// The surface that carries it.
@@ -170,7 +172,7 @@ impl Trimmed {
     pub fn on(&self, surface: Surface) -> Result<Self> {
         let same = surface.u() == self.surface.u() && surface.v() == self.surface.v();
         if same {
-            return Ok(Self { surface, ..self.clone() });
+            return Ok(Self { surface: surface.without_form(), ..self.clone() });
         }
         Self::new(surface, self.regions.clone(), self.curves.clone(), self.points.clone())
     }
@@ -384,6 +386,22 @@ mod tests {
 
     fn triangle(corners: [[f64; 2]; 3]) -> Vec<ParameterCurve> {
         (0..3).map(|k| line(corners[k], corners[(k + 1) % 3])).collect()
+    }
+
+    /// Files have other parameters for a plane or a line than its spline has, in which loops lie.
+    #[test]
+    fn what_is_trimmed_is_a_spline_only() {
+        use crate::spline::form::{CurvePiece, Frame, SurfaceForm, SurfacePiece};
+        let frame = Frame { origin: Point::origin(), x: Vector::x(), z: Vector::z() };
+        let piece = SurfacePiece { form: SurfaceForm::Plane { frame }, ranges: [[0.0, 2.0]; 2] };
+        let formed = || piece.form.patch(piece.ranges).unwrap().with_form(piece).unwrap();
+        let trimmed = Trimmed::new(formed(), vec![], vec![], vec![]).unwrap();
+        assert!(
+            trimmed.surface().form().is_none() && trimmed.on(formed()).unwrap().surface().form().is_none()
+        );
+        let side = Curve::line(Point::origin(), Point::new(1.0, 0.0, 0.0)).unwrap();
+        let side = ParameterCurve::whole(side.with_form(CurvePiece::LINE).unwrap()).unwrap();
+        assert!(side.curve().form().is_none());
     }
 
     #[test]
