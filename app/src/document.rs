@@ -53,13 +53,13 @@ pub const FIELDS: &[Field] = &[
     ),
     Field::optional(
         "objects[].curve",
-        "{ degree, periodic, knots, points, weights }",
+        "{ degree, periodic, knots, points, weights, form }, a form { kind, origin, x, z, radius, radii, focal, from, to }",
         "one shape is needed",
         "open: points + degree + 1 knots; periodic: points + 1 knots over one period",
     ),
     Field::optional(
         "objects[].surface",
-        "{ u, v, points, weights }, u and v each { degree, periodic, knots }",
+        "{ u, v, points, weights, form }, u and v each { degree, periodic, knots }, a form { kind, origin, x, z, radius, angle, major, minor, u, v }",
         "one shape is needed",
         "rows of points along u, each along v",
     ),
