@@ -6,6 +6,11 @@
 //! `S μ = …` with the small matrix `S = G Q`. So an event redoes only the rows that change: `O(n)` for each that touches
 //! all vertices, whatever the linear constraints are.
 
+mod dense;
+mod scatter;
+
+use self::dense::{add, cholesky, dot, solve};
+use self::scatter::{Stray, scatter};
 use super::support::strayed;
 use crate::Point;
 use crate::error::Result;
@@ -16,8 +21,6 @@ use crate::solve::{Factored, InverseMetric, SolveError};
 
 /// The most equations that a border may have; more are solved as one system.
 const MOST: usize = 16;
-/// A gradient whose part outside the span of the others, squared, is below this (of its own square) depends on them.
-const DEPENDENT: f64 = 1e-11;
 
 /// The constraints of a session that are not linear, and what is known of them.
 pub(super) struct Border {
@@ -467,101 +470,4 @@ pub(super) struct Step {
     pub(super) change: f64,
     /// The length of the adjustment after it; not finite where something overflows.
     pub(super) whole: f64,
-}
-
-/// Vertices without a column.
-struct Stray<'a> {
-    fixed: &'a [usize],
-    strayed: &'a mut Vec<usize>,
-}
-
-impl Stray<'_> {
-    fn add(&mut self, vertex: usize, influence: f64) {
-        if influence != 0.0 && self.fixed.binary_search(&vertex).is_err() {
-            self.strayed.push(vertex);
-        }
-    }
-}
-
-fn scatter(
-    moving: &Moving,
-    vertices: &[usize],
-    vectors: &[crate::Vector],
-    gradient: &mut [f64],
-    stray: &mut Stray<'_>,
-) {
-    let run = match (vertices.first(), vertices.last()) {
-        (Some(&a), Some(&b)) => vertices.len() == b.wrapping_sub(a).wrapping_add(1) && b >= a,
-        _ => return,
-    };
-    // Neighbours in order, all of which move: no need to look each of them up.
-    let start = moving.place(vertices[0]);
-    if let (true, Some(start), Some(end)) = (run, start, moving.place(vertices[vertices.len() - 1]))
-        && end - start + 1 == vertices.len()
-        && vertices.is_sorted()
-    {
-        for (g, v) in gradient[3 * start..].chunks_exact_mut(3).zip(vectors) {
-            g[0] += v.x;
-            g[1] += v.y;
-            g[2] += v.z;
-        }
-        return;
-    }
-    for (&vertex, vector) in vertices.iter().zip(vectors) {
-        match moving.place(vertex) {
-            Some(at) => (0..3).for_each(|axis| gradient[3 * at + axis] += vector[axis]),
-            None => stray.add(vertex, vector.lp_norm(1)),
-        }
-    }
-}
-
-/// Four sums side by side: shorter chains of rounding, and of waiting.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let ((a4, a1), (b4, b1)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
-    let mut sums = [0.0; 4];
-    for (a, b) in a4.iter().zip(b4) {
-        for i in 0..4 {
-            sums[i] += a[i] * b[i];
-        }
-    }
-    let rest: f64 = a1.iter().zip(b1).map(|(a, b)| a * b).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
-}
-
-fn add(to: &mut [f64], factor: f64, x: &[f64]) {
-    for (to, x) in to.iter_mut().zip(x) {
-        *to += factor * x;
-    }
-}
-
-/// `S = L Lᵀ` in the lower triangle, the diagonal's reciprocal in its place; false where a pivot is not above its share of
-/// `own`.
-fn cholesky(s: &mut [f64], m: usize, own: &[f64]) -> bool {
-    for i in 0..m {
-        for j in 0..=i {
-            let products: f64 = (0..j).map(|k| s[i * m + k] * s[j * m + k]).sum();
-            let value = s[i * m + j] - products;
-            if i == j {
-                // Written so that NaN fails too.
-                if !(value > DEPENDENT * own[i] && value.is_finite()) {
-                    return false;
-                }
-                s[i * m + i] = 1.0 / value.sqrt();
-            } else {
-                s[i * m + j] = value * s[j * m + j];
-            }
-        }
-    }
-    true
-}
-
-fn solve(l: &[f64], m: usize, x: &mut [f64]) {
-    for i in 0..m {
-        let products: f64 = (0..i).map(|k| l[i * m + k] * x[k]).sum();
-        x[i] = (x[i] - products) * l[i * m + i];
-    }
-    for i in (0..m).rev() {
-        let products: f64 = (i + 1..m).map(|k| l[k * m + i] * x[k]).sum();
-        x[i] = (x[i] - products) * l[i * m + i];
-    }
 }

@@ -16,13 +16,11 @@ use super::advance::Before;
 use super::descent::Start;
 use super::equilibrium::Search;
 use super::implicit::Implicit;
+use super::moving::stable_step;
 use super::settle::Settled;
 use super::{Moving, Simulation, shapes};
-use crate::elastic::Elastic;
 use crate::error::{DynamicsError, Result};
-use crate::mass::Mass;
 use crate::scheme::Scheme;
-use crate::stability::{highest, longest_step};
 
 /// A rope turns at a place that pulls across it by this share of its tension, or more: by 3 degrees.
 const TURNS: f64 = 0.05;
@@ -484,37 +482,4 @@ fn changes(kinks: &[Kink], strains: &[[f64; 2]], sides: &[Sides]) -> DMatrix<f64
         }
     }
     all
-}
-
-/// The longest step that is stable, of bodies and what pulls them.
-pub(crate) fn stable_step(bodies: &[Moving], loads: &[crate::load::Load]) -> f64 {
-    let stable = bodies
-        .iter()
-        .filter(|body| body.mass.is_some())
-        .map(|body| longest_step(body.highest, &body.body.material))
-        .fold(f64::INFINITY, f64::min);
-    // A pull is a spring: its frequencies add to those of the body.
-    let stiffest = loads.iter().map(crate::load::Load::frequency).fold(0.0, f64::max);
-    if stiffest > 0.0 { 1.0 / (1.0 / (stable * stable) + 4.0 * stiffest).sqrt() } else { stable }
-}
-
-impl Moving {
-    /// Prepares anew what follows from its shape at the start.
-    fn prepare_again(&mut self) -> Result<()> {
-        let mut first = self.body.shape.boxed();
-        first.control_vertices_mut().copy_from_slice(&self.first);
-        self.velocity = first.boxed();
-        self.velocity.control_vertices_mut().fill(loftsman_kernel::Point::origin());
-        if self.mass.is_some() {
-            let material = &self.body.material;
-            let mut elastic = Elastic::new(first.as_ref(), material, self.body.kept)?;
-            let mass = Mass::new(first.as_ref(), material)?;
-            self.highest = highest(first.as_ref(), material, &elastic, &mass)?;
-            if let Some(was) = &self.elastic {
-                elastic.see(was.rule());
-            }
-            (self.elastic, self.mass) = (Some(elastic), Some(mass));
-        }
-        Ok(())
-    }
 }

@@ -6,7 +6,9 @@ use loftsman_kernel::shape::Shape;
 use crate::body::Body;
 use crate::elastic::Elastic;
 use crate::error::{DynamicsError, Result};
+use crate::load::Load;
 use crate::mass::Mass;
+use crate::stability::{highest, longest_step};
 
 /// A body, and what is prepared of it.
 #[derive(Debug, Clone)]
@@ -60,4 +62,35 @@ impl Moving {
     pub(crate) fn range(&self) -> std::ops::Range<usize> {
         3 * self.start..3 * (self.start + self.count())
     }
+
+    /// Prepares anew what follows from its shape at the start.
+    pub(super) fn prepare_again(&mut self) -> Result<()> {
+        let mut first = self.body.shape.boxed();
+        first.control_vertices_mut().copy_from_slice(&self.first);
+        self.velocity = first.boxed();
+        self.velocity.control_vertices_mut().fill(Point::origin());
+        if self.mass.is_some() {
+            let material = &self.body.material;
+            let mut elastic = Elastic::new(first.as_ref(), material, self.body.kept)?;
+            let mass = Mass::new(first.as_ref(), material)?;
+            self.highest = highest(first.as_ref(), material, &elastic, &mass)?;
+            if let Some(was) = &self.elastic {
+                elastic.see(was.rule());
+            }
+            (self.elastic, self.mass) = (Some(elastic), Some(mass));
+        }
+        Ok(())
+    }
+}
+
+/// The longest step that is stable, of bodies and what pulls them.
+pub(crate) fn stable_step(bodies: &[Moving], loads: &[Load]) -> f64 {
+    let stable = bodies
+        .iter()
+        .filter(|body| body.mass.is_some())
+        .map(|body| longest_step(body.highest, &body.body.material))
+        .fold(f64::INFINITY, f64::min);
+    // A pull is a spring: its frequencies add to those of the body.
+    let stiffest = loads.iter().map(Load::frequency).fold(0.0, f64::max);
+    if stiffest > 0.0 { 1.0 / (1.0 / (stable * stable) + 4.0 * stiffest).sqrt() } else { stable }
 }
