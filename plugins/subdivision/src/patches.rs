@@ -10,9 +10,10 @@ use loftsman_kernel::plugin::{
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::text::a;
 
-use crate::SubdivisionSurface;
+use crate::doo_sabin::DooSabinSurface;
+use crate::{Patches, Result as Found, SubdivisionSurface};
 
-/// The operation `patches`: [`SubdivisionSurface::patches`] as objects.
+/// The operation `patches`: [`SubdivisionSurface::patches`] and [`DooSabinSurface::patches`] as objects.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ToPatches;
 
@@ -27,12 +28,12 @@ impl Operation for ToPatches {
                 "tolerance",
                 "length",
                 "1/1000 of its size",
-                "largest distance from the surface, round extraordinary vertices",
+                "largest distance from the surface, round extraordinary points",
             ),
         ];
         Declaration {
             name: "patches",
-            help: "a subdivision surface becomes a group of bicubic spline surfaces",
+            help: "a subdivision surface becomes a group of spline surfaces",
             fields: FIELDS,
         }
     }
@@ -70,28 +71,54 @@ impl Operation for ToPatches {
             made.add(part)?;
         }
         *scene = made;
-        let near = match count - patches.exact {
-            0 => "all of them exactly".to_owned(),
-            last => {
+        let near = scene.unit.quantity(longer * patches.deviation, 1);
+        let told = match (&own, count - patches.exact) {
+            (Own::CatmullClark(_), 0) => format!("{count} bicubic surfaces, all of them exactly"),
+            (Own::CatmullClark(_), last) => {
+                format!("{count} bicubic surfaces, {} exactly, {last} within {near}", patches.exact)
+            }
+            (Own::DooSabin(_), 0) => format!("{count} biquadratic surfaces, all of them exactly"),
+            (Own::DooSabin(_), last) => {
                 format!(
-                    "{} exactly, {last} within {}",
-                    patches.exact,
-                    scene.unit.quantity(longer * patches.deviation, 1)
+                    "{count} surfaces, {} biquadratic exactly, {last} bicubic within {near}",
+                    patches.exact
                 )
             }
         };
         Ok(StepReport {
             op: "patches".into(),
             object: Some(name),
-            notes: std::iter::once(format!("{count} bicubic surfaces, {near}")).chain(placed).collect(),
+            notes: std::iter::once(told).chain(placed).collect(),
             ..StepReport::default()
         })
     }
 }
 
+/// A surface of either scheme.
+enum Own<'a> {
+    CatmullClark(&'a SubdivisionSurface),
+    DooSabin(&'a DooSabinSurface),
+}
+
+impl Own<'_> {
+    fn size(&self) -> Found<f64> {
+        match self {
+            Self::CatmullClark(surface) => surface.size(),
+            Self::DooSabin(surface) => surface.size(),
+        }
+    }
+
+    fn patches(&self, tolerance: f64) -> Found<Patches> {
+        match self {
+            Self::CatmullClark(surface) => surface.patches(tolerance),
+            Self::DooSabin(surface) => surface.patches(tolerance),
+        }
+    }
+}
+
 /// The subdivision surface that a geometry is.
-fn surface(geometry: &Geometry) -> Option<&SubdivisionSurface> {
+fn surface(geometry: &Geometry) -> Option<Own<'_>> {
     let Geometry::Custom(custom) = geometry else { return None };
     let any: &dyn Any = custom.shape().ok()?;
-    any.downcast_ref()
+    any.downcast_ref().map(Own::CatmullClark).or_else(|| any.downcast_ref().map(Own::DooSabin))
 }

@@ -49,7 +49,7 @@ fn scaled(cage: &Cage, by: f64) -> Cage {
 }
 
 /// Places all over a face, many of them near its corners.
-fn places(face: u32, count: u64) -> impl Iterator<Item = Location> {
+pub(crate) fn places(face: u32, count: u64) -> impl Iterator<Item = Location> {
     (0..count).map(move |k| {
         let seed = 7919 * u64::from(face) + 2 * k;
         let [mut u, mut v] = [seed, seed + 1].map(|s| 0.5 + 0.5 * crate::shapes::noise(s));
@@ -61,7 +61,7 @@ fn places(face: u32, count: u64) -> impl Iterator<Item = Location> {
     })
 }
 
-fn point(surface: &SubdivisionSurface, at: Location) -> Point {
+pub(crate) fn point(surface: &dyn Shape, at: Location) -> Point {
     Point::from(surface.value(at, Derivative::POSITION).unwrap())
 }
 
@@ -151,10 +151,10 @@ fn patches_are_as_near_as_they_say() {
     }
 }
 
-/// A bicubic piece, and points of it.
-type Sampled = (Surface, Vec<(f64, f64, Point)>);
+/// A polynomial piece, and points of it.
+pub(crate) type Sampled = (Surface, Vec<(f64, f64, Point)>);
 
-fn pieces(surfaces: &[Surface]) -> Vec<Sampled> {
+pub(crate) fn pieces(surfaces: &[Surface]) -> Vec<Sampled> {
     let all = surfaces.iter().flat_map(|s| s.bezier_patches().unwrap());
     all.map(|s| {
         let [(u0, u1), (v0, v1)] = [s.u().domain(), s.v().domain()];
@@ -167,7 +167,7 @@ fn pieces(surfaces: &[Surface]) -> Vec<Sampled> {
 }
 
 /// The distance from the nearest of some pieces: from the nearest point of each, step by step.
-fn nearest<'a>(p: &Point, pieces: impl Iterator<Item = &'a Sampled>) -> f64 {
+pub(crate) fn nearest<'a>(p: &Point, pieces: impl Iterator<Item = &'a Sampled>) -> f64 {
     let mut best = f64::INFINITY;
     for (surface, points) in pieces {
         let [(u0, u1), (v0, v1)] = [surface.u().domain(), surface.v().domain()];

@@ -52,7 +52,7 @@ fn some() -> Vec<(String, Cage)> {
 }
 
 /// With one interval a row, and of each row another.
-fn uneven() -> Vec<(String, Cage)> {
+pub(crate) fn uneven() -> Vec<(String, Cage)> {
     let each = |(k, (name, cage)): (usize, (String, Cage))| {
         let by_rows = rowed(&cage, spread(&name, k as u64));
         (name, by_rows)

@@ -20,7 +20,7 @@ use loftsman_subdivision::Cage;
 use loftsman_subdivision::doo_sabin::{DooSabinSurface, limit_frames, refine, refine_times};
 
 /// Cages of which there is a surface.
-fn some() -> Vec<(String, Cage)> {
+pub(crate) fn some() -> Vec<(String, Cage)> {
     let plain = |cage: &Cage| (0..cage.topology().edge_count()).all(|e| cage.crease(e) == 0.0);
     let all: Vec<(String, Cage)> = crate::shapes::all()
         .into_iter()

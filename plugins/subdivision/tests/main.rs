@@ -4,6 +4,7 @@ mod adaptive;
 mod certified;
 mod doo_sabin;
 mod doo_sabin_intervals;
+mod doo_sabin_patches;
 mod doo_sabin_surface;
 mod editing;
 mod elevated;

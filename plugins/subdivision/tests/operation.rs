@@ -442,6 +442,13 @@ fn patches_are_objects() {
     assert!(report.notes[0].starts_with(&format!("{} bicubic surfaces", parts.len())));
     // What is no subdivision surface any more is not found again.
     assert!(apply(&mut all, "patches", json!({})).is_err());
+    // So does one of Doo and Sabin; their regular pieces are biquadratic.
+    let mut all = scene();
+    apply(&mut all, "subdivide", json!({ "object": "cube", "surface": true, "scheme": "doo-sabin" }))
+        .unwrap();
+    let report = apply(&mut all, "patches", json!({ "object": "cube", "tolerance": 1e-3 })).unwrap();
+    assert!(report.notes[0].contains(" biquadratic exactly, "), "{report:?}");
+    assert!(report.notes[0].contains(" bicubic within "), "{report:?}");
 }
 
 /// What integrals leave out is said where a surface is made.

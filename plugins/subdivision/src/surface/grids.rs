@@ -1,4 +1,4 @@
-//! Regular quads put together to rectangles: one bicubic B-spline surface each.
+//! Regular quads put together to rectangles: one B-spline surface each.
 
 use std::collections::BTreeSet;
 
@@ -6,59 +6,62 @@ use loftsman_kernel::Point;
 use loftsman_kernel::space::Space;
 use loftsman_kernel::spline::Surface;
 
-use super::net::turned;
+use super::net::place;
 use crate::error::Result;
-use crate::topology::{NONE, Topology};
 
 /// A quad of a rectangle, and the corner of it that is the rectangle's first.
 type Placed = (usize, usize);
 
-/// The quads that have a net, each once, as the largest rectangles found by going right and then up from those furthest left and down.
-/// Neighbours belong to one rectangle where their nets agree to the bit in the twelve vertices that they share: so a crease, in which
-/// each side is mirrored, is never inside. Cost: linear.
-pub(super) fn grids(topology: &Topology, nets: &mut [Option<Box<[Point; 16]>>]) -> Result<Vec<Surface>> {
-    let mut all = Vec::new();
-    for face in 0..nets.len() {
-        if nets[face].is_none() {
-            continue;
+/// Quads of one level with the nets of the uniform B-splines over them.
+pub(crate) struct Quads<'a> {
+    /// The degree in each direction.
+    pub(crate) degree: usize,
+    /// Of each quad its net, `degree + 1` vertices a side and `u` after `u`, seen from its first corner; nothing where it has none.
+    pub(crate) nets: Vec<Option<Box<[Point]>>>,
+    /// The quad beyond a side, which goes from the corner of the same number to the next, and the number that the side has there.
+    pub(crate) beyond: &'a dyn Fn(usize, usize) -> Option<(usize, usize)>,
+    /// Whether two vertices of nets are one.
+    pub(crate) same: &'a dyn Fn(&Point, &Point) -> bool,
+}
+
+impl Quads<'_> {
+    /// The quads that have a net, each once, as the largest rectangles found by going right and then up from those furthest left and down.
+    /// Neighbours belong to one rectangle where their nets are the same in all vertices that they share: so a crease, in which
+    /// each side is mirrored, is never inside. Cost: linear.
+    pub(crate) fn surfaces(mut self) -> Result<Vec<Surface>> {
+        let mut all = Vec::new();
+        for face in 0..self.nets.len() {
+            if self.nets[face].is_none() {
+                continue;
+            }
+            let first = self.first((face, 0));
+            let rows = self.rows(first);
+            all.push(self.surface(&rows)?);
+            rows.iter().flatten().for_each(|&(face, _)| self.nets[face] = None);
         }
-        let first = Walk { topology, nets }.first((face, 0));
-        let rows = Walk { topology, nets }.rows(first);
-        all.push(surface(&rows, nets)?);
-        rows.iter().flatten().for_each(|&(face, _)| nets[face] = None);
+        Ok(all)
     }
-    Ok(all)
-}
 
-struct Walk<'a> {
-    topology: &'a Topology,
-    nets: &'a [Option<Box<[Point; 16]>>],
-}
-
-impl Walk<'_> {
     /// The neighbour beyond a side of a placed quad (0 below, 1 right, 2 above, 3 left), where one surface goes on.
     fn beyond(&self, (face, turn): Placed, side: usize) -> Option<Placed> {
-        let start = self.topology.face_corners(face).start;
-        let twin = self.topology.twin((start + (turn + side) % 4) as u32);
-        if twin == NONE {
-            return None;
-        }
-        let next = self.topology.face_of(twin) as usize;
-        let corner = twin as usize - self.topology.face_corners(next).start;
+        let (next, corner) = (self.beyond)(face, (turn + side) % 4)?;
         // Its own side `side + 2` is the one that is shared.
         let other = (next, (corner + 6 - side) % 4);
         let (own, its) = (self.net((face, turn))?, self.net(other)?);
+        let width = self.degree as isize + 1;
         let (di, dj) = [(0, -1), (1, 0), (0, 1), (-1, 0)][side];
-        let shared = (0..16_isize).all(|k| {
-            let (i, j) = (k / 4 + di, k % 4 + dj);
-            let inside = (0..4).contains(&i) && (0..4).contains(&j);
-            !inside || own[(4 * i + j) as usize] == its[k as usize]
+        let shared = (0..width * width).all(|k| {
+            let (i, j) = (k / width + di, k % width + dj);
+            let inside = (0..width).contains(&i) && (0..width).contains(&j);
+            !inside || (self.same)(own((width * i + j) as usize), its(k as usize))
         });
         shared.then_some(other)
     }
 
-    fn net(&self, (face, turn): Placed) -> Option<[Point; 16]> {
-        self.nets.get(face)?.as_ref().map(|net| turned(net, turn))
+    /// The vertices of a quad's net by their places in it as it is turned.
+    fn net<'s>(&'s self, (face, turn): Placed) -> Option<impl Fn(usize) -> &'s Point> {
+        let net = self.nets.get(face)?.as_ref()?;
+        Some(move |k| &net[place(k, self.degree + 1, turn)])
     }
 
     /// As far left as there is a way, and then down.
@@ -101,20 +104,21 @@ impl Walk<'_> {
         let distinct = faces.windows(2).all(|pair| pair[0] != pair[1]);
         (distinct && above.windows(2).all(|pair| self.beyond(pair[0], 1) == Some(pair[1]))).then_some(above)
     }
-}
 
-/// The surface over a rectangle: uniform, one unit a quad.
-fn surface(rows: &[Vec<Placed>], nets: &[Option<Box<[Point; 16]>>]) -> Result<Surface> {
-    let (width, height) = (rows.first().map_or(0, Vec::len), rows.len());
-    let mut points = vec![Point::origin(); (width + 3) * (height + 3)];
-    for (b, row) in rows.iter().enumerate() {
-        for (a, &(face, turn)) in row.iter().enumerate() {
-            let Some(net) = nets[face].as_ref().map(|net| turned(net, turn)) else { continue };
-            for (k, p) in net.into_iter().enumerate() {
-                points[(a + k / 4) * (height + 3) + b + k % 4] = p;
+    /// The surface over a rectangle: uniform, one unit a quad.
+    fn surface(&self, rows: &[Vec<Placed>]) -> Result<Surface> {
+        let (width, height) = (rows.first().map_or(0, Vec::len), rows.len());
+        let (degree, side) = (self.degree, self.degree + 1);
+        let mut points = vec![Point::origin(); (width + degree) * (height + degree)];
+        for (b, row) in rows.iter().enumerate() {
+            for (a, &placed) in row.iter().enumerate() {
+                let Some(net) = self.net(placed) else { continue };
+                for k in 0..side * side {
+                    points[(a + k / side) * (height + degree) + b + k % side] = *net(k);
+                }
             }
         }
+        let space = |quads: usize| Space::floating_uniform(degree, quads + degree);
+        Ok(Surface::new(space(width)?, space(height)?, points)?)
     }
-    let space = |quads: usize| Space::floating_uniform(3, quads + 3);
-    Ok(Surface::new(space(width)?, space(height)?, points)?)
 }

@@ -4,17 +4,15 @@ use std::collections::BTreeMap;
 
 use loftsman_kernel::Vector;
 
+use super::fill::{self, Surrounded};
 use super::left_out::first_of;
-use super::net::{Net, bezier, cut, hull_of, largest, net_of, turned};
+use super::net::{Net, bezier, hull_of, net_of};
 use super::pattern::Quadrant;
 use super::template::{Near, Templates};
 use crate::cage::Cage;
 use crate::catmull_clark::limit_stencils;
 use crate::error::Result;
 use crate::topology::Topology;
-
-/// Levels that are compared, at most.
-const LEVELS: u32 = 40;
 
 /// The limit of an extraordinary vertex.
 pub(super) struct Corner {
@@ -46,14 +44,7 @@ impl Corner {
 
     /// The Bézier points of the side along an edge: of `far`, its last two are known, and of the surface its middle.
     fn side(&self, edge: u32, middle: Vector, far: [Vector; 2]) -> [Vector; 4] {
-        let start = self.position;
-        // What the second point would have to be, less the first, for the curve to pass through the middle.
-        let through = (middle * 8.0 - start * 4.0 - far[0] * 3.0 - far[1]) / 3.0;
-        let step = match self.along.get(&edge).map(|t| (t, t.norm_squared())) {
-            Some((t, size)) if size > 0.0 && through.dot(t) > 0.0 => t * (through.dot(t) / size),
-            _ => through,
-        };
-        [start, start + step, far[0], far[1]]
+        fill::side(self.position, self.along.get(&edge), middle, far)
     }
 }
 
@@ -70,11 +61,11 @@ pub(super) fn fan(
     let (mut patches, mut most) = (Vec::with_capacity(quads.len()), 0.0_f64);
     for &(face, at) in quads {
         let near = Near::from_corner(cage, face, at)?;
-        let quad = Quad { templates, cage, near };
+        let mut quad = Quad { templates, cage, near };
         let Some(patch) = quad.patch(corner, edges(cage.topology(), face, at), &mut sides)? else {
             return Ok(None);
         };
-        match quad.apart(&patch, tolerance)? {
+        match fill::apart(&patch, tolerance, &mut quad)? {
             Some(apart) => most = most.max(apart),
             None => return Ok(None),
         }
@@ -101,15 +92,9 @@ impl Quad<'_> {
         self.cage.points()[self.near.base[k] as usize].coords
     }
 
-    /// The Bézier points of the surface over a regular quadrant.
-    fn piece(&self, quadrant: Quadrant) -> Result<Option<Net>> {
-        let piece = self.templates.piece(self.cage, &self.near, quadrant)?;
-        Ok(piece.map(|piece| bezier(&net_of(&piece, |k| self.point(k)))))
-    }
-
     /// The Bézier points of the surface at a corner of a quadrant of the first level, and how many times the quad is as large: where the
     /// quadrant is no piece, those of its part there.
-    fn at_corner(&self, quadrant: Quadrant, corner: usize) -> Result<Option<(Net, f64)>> {
+    fn at_corner(&mut self, quadrant: Quadrant, corner: usize) -> Result<Option<(Net, f64)>> {
         if let Some(net) = self.piece(quadrant)? {
             return Ok(Some((net, 2.0)));
         }
@@ -118,79 +103,40 @@ impl Quad<'_> {
 
     /// The patch; sides that a neighbour has had are its.
     fn patch(
-        &self,
+        &mut self,
         corner: &Corner,
         edges: [u32; 2],
         sides: &mut BTreeMap<u32, [Vector; 4]>,
     ) -> Result<Option<Net>> {
-        let [_, one, two, three] = Quadrant::WHOLE.parts();
-        let mut all = [Vector::zeros(); 16];
-        // Each regular corner, seen from there: position, slopes and twist of the quadrant, which is half as large or less.
-        for (turn, quadrant) in [(1, one), (2, two), (3, three)] {
-            let Some((piece, times)) = self.at_corner(quadrant, turn)? else { return Ok(None) };
-            let own = turned(&piece, turn);
-            let (a, b, c, d) = (own[0], own[4], own[1], own[5]);
-            let (u, v) = (a + (b - a) * times, a + (c - a) * times);
-            let seen = [(0, a), (4, u), (1, v), (5, u + v - a + (d - b - c + a) * (times * times))];
-            let mut other = turned(&all, turn);
-            seen.into_iter().for_each(|(k, p)| other[k] = p);
-            all = turned(&other, 4 - turn);
+        let parts = Quadrant::WHOLE.parts();
+        let mut regular = [([Vector::zeros(); 16], 1.0); 3];
+        let mut middles = [Vector::zeros(); 3];
+        for k in 1..4 {
+            let (Some(far), Some((near, _))) = (self.at_corner(parts[k], k)?, self.at_corner(parts[k], 0)?)
+            else {
+                return Ok(None);
+            };
+            (regular[k - 1], middles[k - 1]) = (far, near[0]);
         }
-        let (Some((one, _)), Some((two, _)), Some((three, _))) =
-            (self.at_corner(one, 0)?, self.at_corner(two, 0)?, self.at_corner(three, 0)?)
-        else {
-            return Ok(None);
-        };
+        let mut all = fill::around(&regular);
         // Along u from the corner, and along v: what is known of either side are its last two points.
         let along_u =
-            *sides.entry(edges[0]).or_insert_with(|| corner.side(edges[0], one[0], [all[8], all[12]]));
+            *sides.entry(edges[0]).or_insert_with(|| corner.side(edges[0], middles[0], [all[8], all[12]]));
         let along_v =
-            *sides.entry(edges[1]).or_insert_with(|| corner.side(edges[1], three[0], [all[2], all[3]]));
-        for k in 0..4 {
-            (all[4 * k], all[k]) = (along_u[k], along_v[k]);
-        }
-        // The last point so that the middle is the surface's.
-        let weights = [1.0, 3.0, 3.0, 1.0];
-        let others = (0..16).filter(|k| *k != 5);
-        let sum = others.fold(Vector::zeros(), |sum, k| sum + all[k] * (weights[k / 4] * weights[k % 4]));
-        all[5] = (two[0] * 64.0 - sum) / 9.0;
+            *sides.entry(edges[1]).or_insert_with(|| corner.side(edges[1], middles[2], [all[2], all[3]]));
+        fill::close(&mut all, along_u, along_v, middles[1]);
         Ok(Some(all))
     }
+}
 
-    /// A bound of the distance of points of equal parameters; `None` where that is more than the tolerance.
-    fn apart(&self, patch: &Net, tolerance: f64) -> Result<Option<f64>> {
-        let size = largest(patch.iter().map(Vector::amax));
-        let mut most = 64.0 * f64::EPSILON * size;
-        for level in 1..=LEVELS {
-            let part = 0.5_f64.powi(level as i32);
-            let mut rest = first_of(level - 1).parts()[1..].to_vec();
-            while let Some(quadrant) = rest.pop() {
-                let piece = match self.piece(quadrant)? {
-                    Some(piece) => piece,
-                    None if quadrant.level == level => {
-                        rest.extend(quadrant.parts());
-                        continue;
-                    }
-                    None => return Ok(None),
-                };
-                let part = 0.5_f64.powi(quadrant.level as i32);
-                let side = |k: u64| [k as f64 * part, (k + 1) as f64 * part];
-                let own = cut(patch, side(quadrant.i), side(quadrant.j));
-                let apart = piece.iter().zip(&own).map(|(a, b)| (a - b).norm());
-                most = most.max(largest(apart));
-            }
-            if most > tolerance {
-                return Ok(None);
-            }
-            let local = self.templates.local(self.cage, &self.near, first_of(level))?;
-            let hull = hull_of(&local, |k| self.point(k));
-            let own = cut(patch, [0.0, part], [0.0, part]);
-            let pairs = hull.iter().flat_map(|a| own.iter().map(move |b| (a - b).norm()));
-            let rest = largest(pairs);
-            if rest <= most || (level == LEVELS && rest <= tolerance) {
-                return Ok(Some(most.max(rest)));
-            }
-        }
-        Ok(None)
+impl Surrounded for Quad<'_> {
+    fn piece(&mut self, quadrant: Quadrant) -> Result<Option<Net>> {
+        let piece = self.templates.piece(self.cage, &self.near, quadrant)?;
+        Ok(piece.map(|piece| bezier(&net_of(&piece, |k| self.point(k)))))
+    }
+
+    fn hull(&mut self, level: u32) -> Result<Vec<Vector>> {
+        let local = self.templates.local(self.cage, &self.near, first_of(level))?;
+        Ok(hull_of(&local, |k| self.point(k)))
     }
 }

@@ -140,7 +140,7 @@ impl SubdivisionSurface {
 }
 
 /// The quadrant of a level at the first corner.
-pub(super) fn first_of(level: u32) -> Quadrant {
+pub(crate) fn first_of(level: u32) -> Quadrant {
     Quadrant { level, i: 0, j: 0 }
 }
 

@@ -80,17 +80,20 @@ pub(crate) fn both(
 }
 
 /// The net seen from corner `turn`, which becomes `(0, 0)`.
-pub(super) fn turned<T: Copy>(net: &[T; 16], turn: usize) -> [T; 16] {
-    std::array::from_fn(|k| {
-        let (i, j) = (k / 4, k % 4);
-        let (i, j) = match turn % 4 {
-            0 => (i, j),
-            1 => (3 - j, i),
-            2 => (3 - i, 3 - j),
-            _ => (j, 3 - i),
-        };
-        net[4 * i + j]
-    })
+pub(crate) fn turned<T: Copy>(net: &[T; 16], turn: usize) -> [T; 16] {
+    std::array::from_fn(|k| net[place(k, 4, turn)])
+}
+
+/// Where in a square net, so many vertices a side, that is which seen from corner `turn` is at a place.
+pub(super) fn place(k: usize, side: usize, turn: usize) -> usize {
+    let (i, j, last) = (k / side, k % side, side - 1);
+    let (i, j) = match turn % 4 {
+        0 => (i, j),
+        1 => (last - j, i),
+        2 => (last - i, last - j),
+        _ => (j, last - i),
+    };
+    side * i + j
 }
 
 /// Bounds of the lengths of the first derivatives by `u` and `v` over the square: by the differences of the vertices.

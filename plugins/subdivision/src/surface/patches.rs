@@ -7,7 +7,7 @@ use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Point, Vector};
 
 use super::SubdivisionSurface;
-use super::grids::grids;
+use super::grids::Quads;
 use super::last::{self, Corner};
 use super::net::Net;
 use super::pattern::{Pattern, Quadrant};
@@ -17,13 +17,14 @@ use crate::cage::Cage;
 use crate::catmull_clark::refine;
 use crate::error::{Result, SubdivisionError};
 use crate::part::Part;
+use crate::topology::NONE;
 
 /// Levels that are refined, at most.
-const LEVELS: u32 = 56;
+pub(crate) const LEVELS: u32 = 56;
 /// Quads of a level, and surfaces, at most.
-const MOST: usize = 1 << 20;
+pub(crate) const MOST: usize = 1 << 20;
 
-/// A subdivision surface as bicubic B-spline surfaces and Bézier patches.
+/// A subdivision surface as B-spline surfaces, bicubic as Catmull and Clark's or biquadratic as Doo and Sabin's, and bicubic Bézier patches.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patches {
     /// The surfaces, those first that are exact; their normals point where the surface's do.
@@ -128,7 +129,8 @@ struct Found<'a> {
 
 impl Found<'_> {
     fn take_regular(&mut self, front: &mut Front) -> Result<()> {
-        let mut nets: Vec<Option<Box<[Point; 16]>>> = vec![None; front.cage.topology().face_count()];
+        let topology = front.cage.topology();
+        let mut nets: Vec<Option<Box<[Point]>>> = vec![None; topology.face_count()];
         let mut open = Vec::new();
         for &face in &front.open {
             match regular::net(&front.cage, face) {
@@ -142,7 +144,14 @@ impl Found<'_> {
                 None => open.push(face),
             }
         }
-        self.exact.extend(grids(front.cage.topology(), &mut nets)?);
+        let beyond = |face: usize, side: usize| {
+            let twin = topology.twin((topology.face_corners(face).start + side) as u32);
+            let next = (twin != NONE).then(|| topology.face_of(twin) as usize)?;
+            Some((next, twin as usize - topology.face_corners(next).start))
+        };
+        // To the bit: each is a vertex of the cage, and a mirrored one is another.
+        let quads = Quads { degree: 3, nets, beyond: &beyond, same: &|a, b| a == b };
+        self.exact.extend(quads.surfaces()?);
         front.open = open;
         Ok(())
     }
@@ -199,7 +208,8 @@ fn alone(cage: &Cage, face: usize) -> Option<usize> {
     (pattern.steps() == 0 && regular).then_some(corner)
 }
 
-fn surface(patch: &Net) -> Result<Surface> {
+/// A Bézier patch as a surface.
+pub(crate) fn surface(patch: &Net) -> Result<Surface> {
     let space = Space::clamped(3, &[0.0, 1.0])?;
     Ok(Surface::new(space.clone(), space, patch.iter().map(|p| Point::from(*p)).collect())?)
 }

@@ -4,6 +4,7 @@ mod declared;
 mod edges;
 mod layout;
 mod node;
+mod patches;
 mod rule;
 mod spans;
 mod tessellate;

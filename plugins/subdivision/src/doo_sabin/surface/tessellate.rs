@@ -33,7 +33,7 @@ impl DooSabinSurface {
 
 impl Node<Vector> {
     /// The Bézier points of a regular piece, of degree 3 in each direction.
-    fn patch(&self) -> Net {
+    pub(super) fn patch(&self) -> Net {
         let net = self.net();
         let line = |c: [Vector; 4]| {
             let [a, b, c] = [0.5 * (c[0] + c[1]), c[1], 0.5 * (c[1] + c[2])];
@@ -81,7 +81,7 @@ pub(super) fn tessellate(states: &[&DooSabinSurface], fineness: &Fineness) -> Re
 
 /// The diagonal of the box of the corners of a surface's faces, at least its size; where these are one point but for rounding, of those of their
 /// quarters; 0 where these are, too.
-fn size(cage: &[Point], nodes: &[Node<Vector>]) -> f64 {
+pub(super) fn size(cage: &[Point], nodes: &[Node<Vector>]) -> f64 {
     let largest = crate::surface::net::largest(cage.iter().map(|p| p.coords.amax()));
     let least = f64::max(1e-12 * diagonal(cage), 8.0 * f64::EPSILON * largest);
     let corners = |node: &Node<Vector>| [0, 1, 2, 3].map(|k| Point::from(node.corner(k).0));
@@ -120,13 +120,13 @@ struct Part {
 struct Pieces(Vec<Piece>);
 
 /// The corners of pieces: they lie at the faces, the edges and the vertices of the cage. Those between which a piece has no extent are one.
-struct Corners {
+pub(super) struct Corners {
     /// Another of each one's group, or itself.
     group: Vec<usize>,
 }
 
 impl Corners {
-    fn new(surface: &DooSabinSurface) -> Self {
+    pub(super) fn new(surface: &DooSabinSurface) -> Self {
         let (cage, topology) = (&surface.cage, surface.cage.topology());
         let count = topology.face_count() + topology.edge_count() + topology.vertex_count();
         let mut corners = Self { group: (0..count).collect() };
@@ -145,8 +145,13 @@ impl Corners {
         corners
     }
 
+    /// How many there are.
+    pub(super) fn count(&self) -> usize {
+        self.group.len()
+    }
+
     /// Those of the piece at a corner of the cage.
-    fn of(&mut self, topology: &Topology, half: u32) -> [usize; 4] {
+    pub(super) fn of(&mut self, topology: &Topology, half: u32) -> [usize; 4] {
         let (edges, vertices) = (topology.face_count(), topology.face_count() + topology.edge_count());
         [
             topology.face_of(half) as usize,
