@@ -15,7 +15,7 @@ results="${CRITERION_HOME:-${CARGO_TARGET_DIR:-target}/criterion}"
 for name in "${names[@]}"; do
     if [ -f "peers/$name.py" ]; then
         # Never numbers of an earlier run beside today's.
-        find "$results" -mindepth 2 -maxdepth 2 \( -name numpy -o -name 'MuJoCo cable' -o -name OpenCASCADE -o -name PyElastica -o -name 'OpenSubdiv*' \) -prune -exec rm -r {} + 2>/dev/null || true
+        find "$results" -mindepth 2 -maxdepth 2 \( -name numpy -o -name 'MuJoCo cable' -o -name OpenCASCADE -o -name scipy -o -name PyElastica -o -name 'OpenSubdiv*' \) -prune -exec rm -r {} + 2>/dev/null || true
         if "${PYTHON:-python3}" -c 'import numpy, scipy' 2>/dev/null; then
             OPENBLAS_NUM_THREADS=1 "${PYTHON:-python3}" "peers/$name.py" "$results"
         else

@@ -1,6 +1,7 @@
 //! Spline functions: a space and a coefficient for each of its B-splines.
 
 use super::Coefficient;
+use super::times::times;
 use crate::error::{Error, Result};
 use crate::space::{MAX_ORDER, Space};
 use crate::spline::{Conversion, Curve};
@@ -98,7 +99,11 @@ impl<T: Coefficient> Function<T> {
         {
             return Self::new(self.space.clone(), self.coefficients.iter().map(|c| *c * number).collect());
         }
-        self.space.product(&by.space)?.combine(self, by, |a, b| a * b)
+        let multiply = |a: T, b: f64| a * b;
+        match times(self, by, multiply)? {
+            Some(product) => Ok(product),
+            None => self.space.product(&by.space)?.combine(self, by, multiply),
+        }
     }
 
     /// The derivative, in the space [`Space::derived`]: `q_i = p (c_{i+1} - c_i) / (t_{i+p+1} - t_{i+1})`. `O(n)`.

@@ -11,6 +11,7 @@ mod inner;
 mod product;
 #[cfg(test)]
 mod tests;
+mod times;
 
 use std::fmt::Debug;
 use std::ops::{Add, Mul, Sub};

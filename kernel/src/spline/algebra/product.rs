@@ -43,10 +43,6 @@ impl Space {
     /// When the domains differ, `p + q` exceeds 25, or two knots are so near that no piece fits between them.
     pub fn product(&self, other: &Self) -> Result<Product> {
         let (p, q) = (self.degree(), other.degree());
-        let degree = p + q;
-        if degree > MAX_DEGREE {
-            return Err(Error::Degree { degree });
-        }
         let partition = partition(self, other)?;
         let space = product_space(self, other, &partition)?;
         let mut product = Product {
@@ -63,12 +59,15 @@ impl Space {
 }
 
 /// The space of products, with a knot of the multiplicity that they need at each breakpoint of the partition.
-fn product_space(a: &Space, b: &Space, partition: &[f64]) -> Result<Space> {
+pub(super) fn product_space(a: &Space, b: &Space, partition: &[f64]) -> Result<Space> {
     let degree = a.degree() + b.degree();
+    if degree > MAX_DEGREE {
+        return Err(Error::Degree { degree });
+    }
     let (Some(&start), Some(&end)) = (partition.first(), partition.last()) else {
         return Err(Error::TooFewVertices { vertices: 0, degree, needed: degree + 1 });
     };
-    let mut runs = [Runs::new(a), Runs::new(b)];
+    let mut runs = [Runs::new(a.flat()), Runs::new(b.flat())];
     let mut inner = Vec::with_capacity(partition.len());
     for &knot in &partition[1..partition.len() - 1] {
         let [of_a, of_b] = runs.each_mut().map(|runs| runs.at(knot));
@@ -86,15 +85,15 @@ fn product_space(a: &Space, b: &Space, partition: &[f64]) -> Result<Space> {
     if periodic { Space::periodic(degree, knots) } else { Space::open(degree, knots) }
 }
 
-/// How often the knots of a space are repeated, asked in ascending order.
-struct Runs<'a>(&'a [f64]);
+/// How often knots are repeated, asked in ascending order.
+pub(super) struct Runs<'a>(&'a [f64]);
 
 impl<'a> Runs<'a> {
-    fn new(space: &'a Space) -> Self {
-        Self(space.flat())
+    pub(super) fn new(knots: &'a [f64]) -> Self {
+        Self(knots)
     }
 
-    fn at(&mut self, knot: f64) -> usize {
+    pub(super) fn at(&mut self, knot: f64) -> usize {
         let before = self.0.iter().take_while(|k| **k < knot).count();
         let run = self.0[before..].iter().take_while(|k| **k == knot).count();
         self.0 = &self.0[before + run..];
