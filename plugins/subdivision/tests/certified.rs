@@ -205,6 +205,51 @@ pub(crate) fn nearest<'a>(p: &Point, pieces: impl Iterator<Item = &'a Sampled>) 
     best
 }
 
+/// All of the surface is there: of each cage of quads, n-gons and boundaries the patches have the area of the triangles.
+#[test]
+fn patches_leave_nothing_out() {
+    // Rectangles that begin furthest left and down from a quad, and do not reach back to it.
+    let points = [
+        [3, 0, 0],
+        [3, 0, 1],
+        [2, 0, 1],
+        [1, 0, -1],
+        [2, 0, -1],
+        [-2, 3, 0],
+        [-1, 2, 1],
+        [-1, 1, 1],
+        [-1, 2, -1],
+        [-2, -3, 0],
+        [-2, -2, 1],
+        [-1, -1, 1],
+        [-1, -1, -1],
+        [-1, -2, -1],
+    ];
+    let points = points.map(|p| Point::from(p.map(f64::from))).to_vec();
+    let faces: [&[usize]; 6] = [
+        &[5, 9, 10, 6],
+        &[6, 10, 11, 7],
+        &[8, 13, 9, 5],
+        &[12, 3, 4, 13],
+        &[13, 4, 0, 9],
+        &[1, 2, 11, 10, 9, 0],
+    ];
+    let mut all: Vec<_> = crate::shapes::all().into_iter().step_by(3).collect();
+    all.push(("a band with a fin".into(), Cage::new(points, &faces).unwrap()));
+    let mut count = 0;
+    for (name, cage) in all {
+        let Ok(surface) = SubdivisionSurface::new(cage) else { continue };
+        // Some fold over, and have no area that can be told well.
+        let Ok(whole) = loftsman_area_volume::surface_area_of(&surface) else { continue };
+        let patches = surface.patches(1e-3).unwrap();
+        let each = patches.surfaces.iter().map(|s| loftsman_area_volume::surface_area_of(s).unwrap());
+        let own = each.sum::<f64>();
+        count += 1;
+        assert!((own / whole - 1.0).abs() < 2e-3, "{name}: {own} {whole}");
+    }
+    assert!(count > 20, "{count}");
+}
+
 /// Sides of patches lie on sides of others: nothing gapes where the surface is closed.
 #[test]
 fn patches_close() {

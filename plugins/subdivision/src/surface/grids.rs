@@ -31,13 +31,13 @@ impl Quads<'_> {
     pub(crate) fn surfaces(mut self) -> Result<Vec<Surface>> {
         let mut all = Vec::new();
         for face in 0..self.nets.len() {
-            if self.nets[face].is_none() {
-                continue;
+            // The rectangle that begins furthest left and down from a quad need not reach back to it.
+            while self.nets[face].is_some() {
+                let first = self.first((face, 0));
+                let rows = self.rows(first);
+                all.push(self.surface(&rows)?);
+                rows.iter().flatten().for_each(|&(face, _)| self.nets[face] = None);
             }
-            let first = self.first((face, 0));
-            let rows = self.rows(first);
-            all.push(self.surface(&rows)?);
-            rows.iter().flatten().for_each(|&(face, _)| self.nets[face] = None);
         }
         Ok(all)
     }
