@@ -14,7 +14,7 @@ use super::{Accuracy, DeclaredFunctional, Functional, Linearity, On, Rows, Shape
 use crate::Vector;
 use crate::declare::{Declaration, Field, ParameterError, Parameters, nearest};
 use crate::error::{Error, Result};
-use crate::shape::{Derivative, Location, Shape, edges_of};
+use crate::shape::{BoundaryEdge, Derivative, Location, Shape, edges_of};
 use crate::text::clip;
 use crate::topology::pair::Track;
 use crate::topology::{Pair, SurfaceEdge};
@@ -46,7 +46,19 @@ impl Edge {
             _ => edges.iter().position(|edge| edge.name == self.to_string()),
         };
         found.ok_or_else(|| {
-            let names: Vec<_> = edges.iter().map(|edge| edge.name).collect();
+            // Those of a surface of many faces are asked for by their numbers.
+            let told = |(number, edge): (usize, BoundaryEdge)| match EDGES
+                .iter()
+                .any(|(name, _)| *name == edge.name)
+            {
+                true => edge.name.into_owned(),
+                false if edge.name.starts_with("edge ") => edge.name.into_owned(),
+                false => format!("edge {number} ({})", edge.name),
+            };
+            let mut names: Vec<_> = edges.iter().enumerate().take(LISTED).map(told).collect();
+            if edges.count() > LISTED {
+                names.push(format!("… up to edge {}", edges.count() - 1));
+            }
             let names = if names.is_empty() { "none: it is closed".into() } else { names.join(", ") };
             Error::Invalid(format!("there is no {}: the surface's edges are {names}", self.called()))
         })
@@ -77,7 +89,8 @@ impl Edge {
                     None => String::new(),
                 };
                 let problem = format!(
-                    "unknown edge \"{}\": u0 and u1 are where u starts and ends, v0 and v1 where v does{hint}",
+                    "unknown edge \"{}\": u0 and u1 are where u starts and ends, v0 and v1 where v does, and those of a surface of many \
+                     faces have numbers, \"edge 3\"{hint}",
                     clip(text)
                 );
                 Err(parameters.error(field, problem))
@@ -95,6 +108,9 @@ impl fmt::Display for Edge {
         }
     }
 }
+
+/// So many edges an error lists.
+const LISTED: usize = 12;
 
 const EDGES: [(&str, Edge); 4] =
     [("u0", Edge::UStart), ("u1", Edge::UEnd), ("v0", Edge::VStart), ("v1", Edge::VEnd)];
@@ -444,7 +460,7 @@ impl DeclaredFunctional for Join {
         fields: &[
             Field::required(
                 "at",
-                "number, [u, v], { closest = [x, y, z] }, or an edge \"u0\" | \"u1\" | \"v0\" | \"v1\"",
+                "number, [u, v], { closest = [x, y, z] }, or an edge \"u0\" | \"u1\" | \"v0\" | \"v1\" | \"edge 3\"",
                 "where on this shape",
             ),
             Field::required("with", "{ object, at }", "the other shape and where on it"),
