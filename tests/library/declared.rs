@@ -561,6 +561,7 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("subdivide", "surface", json!({ "object": "sheet", "levels": null }), json!(false), json!(true));
     add("subdivide", "creases", sheet(), null(), json!([[1, 4, 0.5 + n()]]));
     add("subdivide", "corners", sheet(), null(), json!([[4, 0.5 + n()]]));
+    add("subdivide", "weld", json!({ "object": "split" }), json!(false), json!(true));
     add("subdivide", "holes", sheet(), null(), json!([1]));
     let tuned = |more: Value| {
         let mut base = json!({ "object": "sheet", "scheme": "doo-sabin" });
@@ -745,6 +746,9 @@ fn furnished() -> tempfile::TempDir {
     let net: Vec<_> = (0..9).map(|k| json!([k / 3, k % 3, k % 2])).collect();
     let faces = [0, 1, 3, 4].map(|a| [a, a + 3, a + 4, a + 1]);
     let sheet = json!({ "points": net, "faces": faces });
+    // Two quads, each with vertices of its own along the edge that they share.
+    let corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, 0], [2, 0, 1], [2, 1, 0], [1, 1, 0]];
+    let split = json!({ "points": corners, "faces": [[0, 1, 2, 3], [4, 5, 6, 7]] });
     let arc: Vec<_> = (0..12)
         .map(|i| {
             let (sin, cos) = (0.5 * f64::from(i)).sin_cos();
@@ -773,6 +777,7 @@ fn furnished() -> tempfile::TempDir {
         ("stammer", "polyline", json!({ "points": stammer })),
         ("open", "polyline", json!({ "points": arc })),
         ("sheet", "mesh", sheet),
+        ("split", "mesh", split),
     ] {
         document["objects"].as_array_mut().unwrap().push(json!({ "name": name, kind: what }));
     }

@@ -39,6 +39,7 @@ mod polygon;
 mod row;
 mod said;
 mod surface;
+mod together;
 mod topology;
 mod uniform;
 mod used;

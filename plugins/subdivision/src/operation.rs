@@ -15,11 +15,12 @@ use loftsman_kernel::{Point, Vector};
 use crate::carry::Carried;
 use crate::doo_sabin::DooSabinSurface;
 use crate::said::Once;
+use crate::together::together;
 use crate::used::used;
 use crate::weld::{welded, welded_by};
 use crate::{
-    BoundaryRule, Cage, LimitFrame, Polygon, Scheme, SubdivisionError, SubdivisionSurface, catmull_clark,
-    doo_sabin,
+    BoundaryRule, Cage, LeftOut, LimitFrame, Polygon, Scheme, SubdivisionError, SubdivisionSurface,
+    catmull_clark, doo_sabin,
 };
 use loftsman_kernel::text::counted as several;
 
@@ -27,10 +28,23 @@ use loftsman_kernel::text::counted as several;
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Subdivide;
 
+/// What areas and volumes leave out, in words.
+fn told(left: crate::Result<LeftOut>, round: &str) -> String {
+    match left {
+        Ok(left) if left.count == 0 => "areas and volumes are exact".to_owned(),
+        Ok(left) => format!(
+            "areas leave out at most {}, volumes {}, round extraordinary {round}",
+            short(left.area),
+            short(left.volume)
+        ),
+        Err(error) => format!("what areas and volumes leave out has no bound: {error}"),
+    }
+}
+
 /// More faces than these are refused beforehand: 2 GB of mesh.
 const MOST: f64 = 2e7;
 
-const FIELDS: [Field; 12] = [
+const FIELDS: [Field; 13] = [
     Field::optional("object", "text", "the only mesh or polyline", "the object to subdivide"),
     Field::optional(
         "scheme",
@@ -62,6 +76,12 @@ const FIELDS: [Field; 12] = [
         "[[vertex, sharpness], …]",
         "none",
         "vertices that stay sharp for so many levels; Catmull-Clark only",
+    ),
+    Field::optional(
+        "weld",
+        "true | false",
+        "false",
+        "make vertices in one place one, as files split them that keep normals by vertex (glTF); what is numbered is numbered after that",
     ),
     Field::optional("holes", "[face, …]", "none", "faces that take part and are not there in the end"),
     Field::optional(
@@ -140,7 +160,7 @@ fn polyline(
     line: &Polyline,
     levels: usize,
 ) -> Result<(Geometry, String), OperationError> {
-    for name in ["surface", "creases", "corners", "holes", "boundary", "alpha", "lock"] {
+    for name in ["surface", "creases", "corners", "weld", "holes", "boundary", "alpha", "lock"] {
         if parameters.has(name) {
             return Err(parameters.error(name, "is for meshes, and this is a polyline").into());
         }
@@ -188,8 +208,18 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
     if let Some(name) = of_edges.into_iter().find(|name| !smooth && parameters.has(name)) {
         return Err(parameters.error(name, "is for scheme = \"catmull-clark\": Doo-Sabin has none").into());
     }
+    let welded_mesh;
+    let (mesh, merged) = if parameters.flag("weld")? {
+        welded_mesh = together(mesh)?;
+        let count = mesh.points().len() - welded_mesh.points().len();
+        let told =
+            format!("; {} that lay where another is made one with it", several(count, "vert[ex|ices]"));
+        (&welded_mesh, told)
+    } else {
+        (mesh, String::new())
+    };
     let cage = cage(parameters, mesh, smooth)?;
-    let pairs = coincident(&cage);
+    let pairs = format!("{merged}{}", coincident(&cage));
     if let Some(name) = ["alpha", "lock"].into_iter().find(|name| smooth && parameters.has(name)) {
         return Err(parameters
             .error(name, "is for scheme = \"doo-sabin\", whose knot lines it scales")
@@ -208,15 +238,7 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
             return by_doo_sabin_surface(parameters, mesh, cage, &pairs);
         }
         let surface = SubdivisionSurface::new(cage)?;
-        let left = match surface.left_out() {
-            Ok(left) if left.count == 0 => "areas and volumes are exact".to_owned(),
-            Ok(left) => format!(
-                "areas leave out at most {}, volumes {}, round extraordinary vertices",
-                short(left.area),
-                short(left.volume)
-            ),
-            Err(error) => format!("what areas and volumes leave out has no bound: {error}"),
-        };
+        let left = told(surface.left_out(), "vertices");
         let (points, faces) = (mesh.points().len(), mesh.face_count());
         // What is no quad counts one for each corner.
         let own = surface.faces().unwrap_or(faces);
@@ -250,6 +272,11 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
         by_doo_sabin(&cage, levels, limit)?
     };
     let fine = used(fine)?;
+    if fine.face_count() == 0 {
+        let problem = "leaves nothing: no vertex of the mesh has faces all round it, and Doo-Sabin's surface ends half a face inside the mesh; \
+                       give it a row of faces more, or leave limit out";
+        return Err(parameters.error("limit", problem).into());
+    }
     let note = format!(
         "{} and {} → {} and {}{}{strain}{pairs}",
         several(points, "point[|s]"),
@@ -275,15 +302,7 @@ fn by_doo_sabin_surface(
     }
     let surface = DooSabinSurface::new(cage)?;
     let faces = surface.faces().unwrap_or_default();
-    let regular = (0..faces as u32).map(|face| surface.is_regular(face)).collect::<Result<Vec<_>, _>>()?;
-    let left = match regular.iter().filter(|regular| !**regular).count() {
-        0 => "areas and volumes are exact".to_owned(),
-        count => format!(
-            "areas and volumes leave out {} of the parameters of {}, those of middles that are not regular",
-            short(0.25_f64.powi(surface.depth() as i32)),
-            several(count, "face[|s]")
-        ),
-    };
+    let left = told(surface.left_out(), "points");
     let note = format!(
         "{} points and {} the cage of a surface now, of {} (one for each corner inside); {left}{pairs}",
         mesh.points().len(),
@@ -299,11 +318,12 @@ fn coincident(cage: &Cage) -> String {
     let Some([first, second]) = pairs.first() else { return String::new() };
     let more = match pairs.len() {
         1 => String::new(),
+        2 => ", and so is 1 other".to_owned(),
         count => format!(", and so are {} others", count - 1),
     };
     format!(
-        "; vertices {first} and {second} are in one place{more}: they stay apart, and a seam between them is a boundary; merge them where the \
-         surface should go on"
+        "; vertices {first} and {second} are in one place{more}: they stay apart, and a seam between them is a boundary; weld = true makes them one, so \
+         that the surface goes on"
     )
 }
 

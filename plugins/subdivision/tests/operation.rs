@@ -142,7 +142,7 @@ fn what_contradicts_itself_is_said() {
         scene.add(Object::new("seam", seam.clone().into())).unwrap();
         let report = run(&mut scene, fields).unwrap();
         let note = &report.notes[0];
-        assert!(note.contains("vertices 1 and 4 are in one place, and so are 1 others"), "{note}");
+        assert!(note.contains("vertices 1 and 4 are in one place, and so is 1 other"), "{note}");
     }
     assert!(!run(&mut scene(), json!({ "object": "cube" })).unwrap().notes[0].contains("in one place"));
 }
@@ -346,7 +346,7 @@ fn a_doo_sabin_surface_is_a_shape() {
     assert!((middle - Point::new(0.5, 0.5, 0.0).coords).norm() < 1e-15, "{middle}");
     let report = run(&mut scene(), fields).unwrap();
     assert!(
-        report.notes[0].contains("of 24 faces") && report.notes[0].contains("24 faces, those"),
+        report.notes[0].contains("of 24 faces") && report.notes[0].contains("areas leave out at most"),
         "{report:?}"
     );
     let refused = |fields| run(&mut scene(), fields).unwrap_err().to_string();
@@ -457,4 +457,49 @@ fn what_is_left_out_is_said() {
     let mut all = scene();
     let report = apply(&mut all, "subdivide", json!({ "object": "cube", "surface": true })).unwrap();
     assert!(report.notes[0].contains("areas leave out at most"), "{report:?}");
+}
+
+/// A mesh whose vertices are split by face, as files have them that keep normals by vertex, is one cage when it is welded: that of the mesh itself.
+#[test]
+fn vertices_in_one_place_are_welded() {
+    let whole = scene();
+    let Geometry::Mesh(cube) = whole.object("cube").unwrap().geometry() else { panic!("a mesh") };
+    let points: Vec<Point> = cube.corners().iter().map(|&v| cube.points()[v as usize]).collect();
+    let faces: Vec<Vec<usize>> = cube.starts().windows(2).map(|w| (w[0]..w[1]).collect()).collect();
+    let mut split = Mesh::new(points.clone(), &faces).unwrap();
+    split.uvs = Layer::per_point((0..points.len()).map(|k| [k as f64, 0.5]).collect());
+    let mut all = scene();
+    all.replace("cube", Geometry::Mesh(split)).unwrap();
+    let mut apart = all.clone();
+    let report = run(&mut apart, json!({ "object": "cube" })).unwrap();
+    assert!(report.notes[0].contains("weld = true"), "{report:?}");
+    let report = run(&mut all, json!({ "object": "cube", "weld": true })).unwrap();
+    assert!(report.notes[0].contains("16 vertices that lay where another is made one with it"), "{report:?}");
+    let mut plain = scene();
+    run(&mut plain, json!({ "object": "cube" })).unwrap();
+    let sorted = |scene: &Scene| {
+        let Geometry::Mesh(mesh) = scene.object("cube").unwrap().geometry() else { panic!("a mesh") };
+        let mut all: Vec<[f64; 3]> = mesh.points().iter().map(|p| [p.x, p.y, p.z]).collect();
+        all.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        (all, mesh.face_count(), mesh.uvs.values().len())
+    };
+    let ((own, faces, uvs), (expected, count, _)) = (sorted(&all), sorted(&plain));
+    assert_eq!((own.len(), faces), (expected.len(), count));
+    let off = own.iter().zip(&expected).flat_map(|(a, b)| (0..3).map(move |k| (a[k] - b[k]).abs()));
+    assert!(off.fold(0.0, f64::max) < 1e-15);
+    assert!(uvs > 0 && sorted(&apart).0.len() > own.len());
+}
+
+/// A mesh without a vertex inside has no limit by Doo and Sabin, and that is said.
+#[test]
+fn nothing_is_no_result() {
+    let mut all = scene();
+    let triangle =
+        Mesh::new([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(Point::from).to_vec(), &[[0, 1, 2]])
+            .unwrap();
+    all.replace("cube", Geometry::Mesh(triangle)).unwrap();
+    let error = run(&mut all, json!({ "object": "cube", "scheme": "doo-sabin", "limit": true }))
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("leaves nothing"), "{error}");
 }

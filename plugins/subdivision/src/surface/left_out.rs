@@ -144,13 +144,14 @@ pub(crate) fn first_of(level: u32) -> Quadrant {
     Quadrant { level, i: 0, j: 0 }
 }
 
-fn middle(points: &[Point]) -> Point {
+/// The middle of the box round some points.
+pub(crate) fn middle(points: &[Point]) -> Point {
     let start = (Point::from([f64::INFINITY; 3]), Point::from([f64::NEG_INFINITY; 3]));
     let (low, high) = points.iter().fold(start, |(low, high), p| (low.inf(p), high.sup(p)));
     Point::from(low.coords * 0.5 + high.coords * 0.5)
 }
 
-fn diameter_squared(points: &[Vector]) -> f64 {
+pub(crate) fn diameter_squared(points: &[Vector]) -> f64 {
     let pairs =
         points.iter().enumerate().flat_map(|(k, a)| points[..k].iter().map(move |b| (a - b).norm_squared()));
     largest(pairs)

@@ -1,6 +1,7 @@
 //! What of a surface follows from its topology alone: its faces, cells and edges.
 
 use super::super::refine::intervals;
+use super::leaf::Kept;
 use super::spans::Spans;
 use crate::cage::Cage;
 use crate::error::{Result, SubdivisionError};
@@ -25,6 +26,8 @@ pub(super) struct Layout {
     pub(super) spans: Spans,
     /// The coordinates in which the surface is smooth at extraordinary points.
     pub(super) naturals: Naturals,
+    /// The faces that were asked for last.
+    pub(super) kept: Kept,
 }
 
 /// The place of a corner's kind among the four.
@@ -82,7 +85,7 @@ impl Layout {
             edges.extend((0..4).filter(ends).map(|side| (face, side as u8)));
         }
         let naturals = Naturals::new(Natural::doo_sabin);
-        Ok(Self { corners, faces, cells, quadrants, edges, spans, naturals })
+        Ok(Self { corners, faces, cells, quadrants, edges, spans, naturals, kept: Kept::default() })
     }
 }
 

@@ -3,6 +3,8 @@
 mod declared;
 mod edges;
 mod layout;
+mod leaf;
+mod left_out;
 mod node;
 mod patches;
 mod rule;
@@ -19,6 +21,7 @@ use loftsman_kernel::shape::{
 use smallvec::SmallVec;
 
 use self::layout::{Layout, kind, vanishes};
+use self::leaf::Near;
 use self::node::Node;
 use super::limit::is_uniform;
 use super::refine::stencil;
@@ -27,7 +30,6 @@ use crate::error::{Result, SubdivisionError};
 use crate::natural::seen_from;
 use crate::surface::refused;
 use crate::topology::NONE;
-use crate::uniform::quadratic;
 
 /// Levels round an extraordinary point down to which there are cells.
 const DEPTH: u32 = 8;
@@ -180,9 +182,12 @@ impl DooSabinSurface {
         ]
     }
 
-    /// The vertices of the cage that a face depends on, ascending, and its neighbourhood as rows over these. Cost: their number times
-    /// that of the corners round.
-    fn rows(&self, face: usize) -> Result<(Vec<usize>, Node<Vec<f64>>)> {
+    /// The surroundings of a face. Cost, where it was not asked for last: the vertices that it depends on times the corners round it.
+    fn near(&self, face: usize) -> Result<Arc<Near>> {
+        self.layout.kept.near(face, || self.rows(face))
+    }
+
+    fn rows(&self, face: usize) -> Result<Near> {
         let topology = self.cage.topology();
         let half = self.layout.corners[face];
         let vertex = topology.origin(half) as usize;
@@ -211,7 +216,7 @@ impl DooSabinSurface {
                 rows.push(row);
             }
         }
-        Ok((base, Node { rings, rules: self.layout.spans.rules(&self.cage, half) }))
+        Ok(Near { base, node: Node { rings, rules: self.layout.spans.rules(&self.cage, half) } })
     }
 
     /// Whether a place is an extraordinary point of a face, by the corner that it is at.
@@ -237,9 +242,10 @@ impl DooSabinSurface {
                 return Err(Error::Outside { value, start: 0.0, end: 1.0 });
             }
         }
-        let (base, node) = self.rows(face).map_err(refused)?;
+        let near = self.near(face).map_err(refused)?;
+        let node = &near.node;
         let back = |row: &[f64]| -> Stencil {
-            base.iter().zip(row).filter(|(_, c)| **c != 0.0).map(|(&v, &c)| (v, c)).collect()
+            near.base.iter().zip(row).filter(|(_, c)| **c != 0.0).map(|(&v, &c)| (v, c)).collect()
         };
         // Exactly zero, and not what rounding leaves of three equal vertices.
         if node.vanishes().into_iter().zip([by.u, by.v]).any(|(vanishes, order)| vanishes && order > 0) {
@@ -259,19 +265,12 @@ impl DooSabinSurface {
                 ))),
             };
         }
-        let Some((piece, (u, v), level)) = node.piece((u, v), LEVELS + 16) else {
-            return Err(Error::Invalid(format!(
-                "[{u}, {v}] of face {face} is too near an extraordinary point"
-            )));
-        };
-        let (along_u, along_v) = (quadratic(u, by.u), quadratic(v, by.v));
-        let scale = 2.0_f64.powi(level as i32).powi((by.u + by.v) as i32);
-        let mut row = vec![0.0; base.len()];
-        for (k, part) in piece.net().into_iter().enumerate() {
-            let weight = along_u[k / 3] * along_v[k % 3] * scale;
-            row.iter_mut().zip(part.iter()).for_each(|(own, c)| *own += weight * c);
+        match self.layout.kept.leaf(face, &near, [u, v], LEVELS + 16) {
+            Some(leaf) => Ok(leaf.stencil([u, v], by)),
+            None => {
+                Err(Error::Invalid(format!("[{u}, {v}] of face {face} is too near an extraordinary point")))
+            }
         }
-        Ok(back(&row))
     }
 
     fn on_vertex(&self, vertex: u32, by: Derivative) -> loftsman_kernel::error::Result<Stencil> {
@@ -372,18 +371,10 @@ impl Cells for DooSabinSurface {
         let side = |k: u64| CellSide { start: k as f64 * size, end: (k + 1) as f64 * size, degree: 2 };
         let middle = |k: u64| (k as f64 + 0.5) * size;
         // Where a neighbourhood is too large for rows, the cell has no vertices, and whoever asks for rows there is told why.
-        let place = (middle(quadrant.i), middle(quadrant.j));
-        let vertices = match self.rows(face) {
-            Ok((base, node)) => match node.piece(place, quadrant.level) {
-                Some((piece, ..)) => {
-                    let net = piece.net();
-                    let counts = |at: usize| net.iter().any(|row| row[at] != 0.0);
-                    (0..base.len()).filter(|&at| counts(at)).map(|at| base[at]).collect()
-                }
-                None => SmallVec::new(),
-            },
-            Err(_) => SmallVec::new(),
-        };
+        let place = [middle(quadrant.i), middle(quadrant.j)];
+        let leaf =
+            self.near(face).ok().and_then(|near| self.layout.kept.leaf(face, &near, place, quadrant.level));
+        let vertices = leaf.map_or_else(SmallVec::new, |leaf| leaf.vertices.iter().copied().collect());
         let sides = [side(quadrant.i), side(quadrant.j)].into_iter().collect();
         Some(Cell { face: Some(face as u32), sides, rational: false, vertices })
     }
