@@ -7,6 +7,7 @@ use super::{Definition, Geometry, Object, Scene};
 use crate::error::Result;
 use crate::material::{Image, Material};
 use crate::named::{NamedList, unique_name};
+use crate::unit::Up;
 
 /// What a scene took over from another one, and under which names.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -19,6 +20,8 @@ pub struct Merged {
     pub layers: Vec<String>,
     /// Which of the units is unknown where the other is not, so that numbers stayed as they are.
     pub without_unit: Option<Side>,
+    /// The axis that is up in the other scene and that which is up in this one, where all was turned because they differ.
+    pub turned: Option<[Up; 2]>,
 }
 
 /// One of the two scenes of a merge.
@@ -48,7 +51,8 @@ impl Scene {
             (Some(_), None) => Some(Side::Other),
             _ => None,
         };
-        let mut told = Merged { without_unit, ..Merged::default() };
+        let turned = (self.up != other.up).then_some([other.up, self.up]);
+        let mut told = Merged { without_unit, turned, ..Merged::default() };
         let other = other.converted(self.unit, self.up)?;
         let mut scene = self.clone();
         for layer in &other.layers {
@@ -205,6 +209,10 @@ impl Merged {
                 "the layer \"{layer}\" is in both files: colour and visibility are the first one's"
             ));
         }
+        if let Some(axes) = self.turned {
+            let [there, here] = axes.map(|up| up.name());
+            notes.push(format!("turned: {there} is up in the file, and {here} here"));
+        }
         if let Some(side) = self.without_unit {
             let whose = match side {
                 Side::First => "what was there before",
@@ -250,7 +258,7 @@ mod tests {
     use crate::Point;
     use crate::conformance::{sample_assembly, sample_scene};
     use crate::mesh::Cloud;
-    use crate::scene::{Layer, Unit, Up};
+    use crate::scene::{Layer, Unit};
 
     #[test]
     fn a_scene_taken_twice_is_there_twice() {
@@ -283,7 +291,8 @@ mod tests {
         second.add(Object::new("cloud", cloud.into())).unwrap();
         let told = first.merge(&second).unwrap();
         assert_eq!(first.object("cloud").unwrap().geometry().points()[0], Point::new(1.0, -3.0, 2.0));
-        assert_eq!(told, Merged::default());
+        assert_eq!(told, Merged { turned: Some([Up::Y, Up::Z]), ..Merged::default() });
+        assert_eq!(told.notes(|_| ""), ["turned: y is up in the file, and z here"]);
         second.unit = Unit::Unknown;
         let told = first.merge(&second).unwrap();
         assert_eq!(told.without_unit, Some(Side::Other));
