@@ -5,6 +5,7 @@ mod breps;
 mod common;
 mod curves;
 mod hostile;
+mod narrow;
 mod solids;
 mod surfaces;
 mod trims;

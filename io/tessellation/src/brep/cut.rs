@@ -42,6 +42,15 @@ pub(crate) struct Goal {
     /// The unit of the frame, as a length.
     pub(crate) size: f64,
     pub(crate) budget: usize,
+    /// Which part of the tolerance of the whole `chord` is: less than 1 for edges that are cut finer than all others.
+    pub(crate) part: f64,
+}
+
+impl Goal {
+    /// The same with a part of its tolerance.
+    pub(crate) fn finer(self, part: f64) -> Self {
+        Self { chord: part * self.chord, part: part * self.part, ..self }
+    }
 }
 
 /// Where the points of an edge are on a face.
@@ -86,7 +95,7 @@ pub(crate) struct Guide {
 }
 
 /// What an edge is made of.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) enum Path {
     /// A curve in space; its ends are put to these points.
     Space { curve: Curve, ends: [Point; 2] },
@@ -95,7 +104,7 @@ pub(crate) enum Path {
 }
 
 /// An edge cut into chords.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Chain {
     pub(crate) path: Path,
     pub(crate) parameters: Vec<f64>,
@@ -111,6 +120,8 @@ pub(crate) struct Chain {
     pub(crate) off_face: Option<usize>,
     /// How far from a face it may be, as the file says, in the frame.
     pub(crate) tolerance: f64,
+    /// What it is cut to.
+    pub(crate) goal: Goal,
 }
 
 /// What is wrong with a chord: where it has to be cut.
@@ -138,7 +149,7 @@ impl Chain {
         tolerance: f64,
         least: usize,
         carriers: &[Option<Carrier>],
-        goal: &Goal,
+        goal: Goal,
     ) -> Result<Self> {
         let mut chain = Self {
             path,
@@ -150,6 +161,7 @@ impl Chain {
             off: 0.0,
             off_face: None,
             tolerance,
+            goal,
         };
         let mut parameters = match &chain.path {
             // A line is its own chord.
@@ -183,11 +195,11 @@ impl Chain {
         }
         let mut near = None;
         for &t in &parameters {
-            let sample = chain.sample(t, near.as_deref(), carriers, goal)?;
+            let sample = chain.sample(t, near.as_deref(), carriers)?;
             near = Some(sample.at.clone());
             chain.insert(chain.points.len(), t, sample);
         }
-        chain.settle(carriers, goal)?;
+        chain.settle(carriers)?;
         Ok(chain)
     }
 
@@ -198,22 +210,17 @@ impl Chain {
     }
 
     /// How near to a crease or pole is on it.
-    fn snap(&self, goal: &Goal) -> f64 {
-        (SNAP * goal.chord).max(2.0 * self.tolerance).max(ONE_PLACE)
+    fn snap(&self) -> f64 {
+        (SNAP * self.goal.chord).max(2.0 * self.tolerance).max(ONE_PLACE)
     }
 
-    /// How near to a point a foot is believed to be the nearest: not more than what would be seen, whatever the file says of itself.
-    fn enough(&self, goal: &Goal) -> f64 {
-        (2.0 * self.tolerance).min(SNAP * goal.chord).max(10.0 * ONE_PLACE)
+    /// How near to a point a foot is believed to be the nearest: not more than what would be seen, whatever the file says of itself, and of an
+    /// edge that is cut finer less in proportion: where a surface comes near to itself, feet on the wrong part of it are in the way of others.
+    fn enough(&self) -> f64 {
+        (2.0 * self.goal.part * self.tolerance).min(SNAP * self.goal.chord).max(10.0 * ONE_PLACE)
     }
 
-    fn sample(
-        &mut self,
-        t: f64,
-        near: Option<&[[f64; 2]]>,
-        carriers: &[Option<Carrier>],
-        goal: &Goal,
-    ) -> Result<Sample> {
+    fn sample(&mut self, t: f64, near: Option<&[[f64; 2]]>, carriers: &[Option<Carrier>]) -> Result<Sample> {
         let point = match &self.path {
             Path::Space { curve, ends } => {
                 let (start, end) = curve.domain();
@@ -228,7 +235,7 @@ impl Chain {
             Path::Lifted(_) => Point::origin(),
         };
         let (start, end) = self.domain();
-        let (enough, near_line) = (self.enough(goal), self.snap(goal));
+        let (enough, near_line) = (self.enough(), self.snap());
         let mut sample = Sample { point, at: Vec::new(), off: Vec::new() };
         for (k, track) in self.tracks.iter_mut().enumerate() {
             let carrier = carriers.get(track.face).and_then(Option::as_ref);
@@ -305,17 +312,17 @@ impl Chain {
     ///
     /// # Errors
     /// As for [`new`](Self::new).
-    pub(crate) fn halve(&mut self, part: usize, carriers: &[Option<Carrier>], goal: &Goal) -> Result<bool> {
+    pub(crate) fn halve(&mut self, part: usize, carriers: &[Option<Carrier>]) -> Result<bool> {
         let [Some(&a), Some(&b)] = [part, part + 1].map(|k| self.parameters.get(k)) else { return Ok(false) };
         let middle = 0.5 * (a + b);
-        let length = nalgebra::distance(&self.points[part], &self.points[part + 1]) / goal.size;
+        let length = nalgebra::distance(&self.points[part], &self.points[part + 1]) / self.goal.size;
         // What is off its face by more than a chord is long is in the way of something because of that: shorter chords are, too.
         let offs = self.tracks.iter().flat_map(|track| [track.off[part], track.off[part + 1]]);
         let least = offs.fold(4.0 * ONE_PLACE, f64::max);
         if middle <= a || middle >= b || length <= least {
             return Ok(false);
         }
-        let sample = self.sample(middle, Some(&self.places(part)), carriers, goal)?;
+        let sample = self.sample(middle, Some(&self.places(part)), carriers)?;
         self.insert(part + 1, middle, sample);
         Ok(true)
     }
@@ -329,13 +336,13 @@ impl Chain {
     ///
     /// # Errors
     /// As for [`new`](Self::new).
-    pub(crate) fn settle(&mut self, carriers: &[Option<Carrier>], goal: &Goal) -> Result<()> {
+    pub(crate) fn settle(&mut self, carriers: &[Option<Carrier>]) -> Result<()> {
         // What is behind the chord that is looked at waits, the nearest last: nothing is moved along for a chord that is cut.
         let mut waiting = Vec::new();
         while self.parameters.len() > 2 {
             waiting.extend(self.pop());
         }
-        let settled = self.settle_before(&mut waiting, carriers, goal);
+        let settled = self.settle_before(&mut waiting, carriers);
         while let Some((t, sample)) = waiting.pop() {
             self.insert(self.points.len(), t, sample);
         }
@@ -346,11 +353,10 @@ impl Chain {
         &mut self,
         waiting: &mut Vec<(f64, Sample)>,
         carriers: &[Option<Carrier>],
-        goal: &Goal,
     ) -> Result<()> {
         let (start, end) = self.domain();
         let least = 1e-12 * (end - start);
-        let most = goal.budget.min(MOST);
+        let most = self.goal.budget.min(MOST);
         let mut part = 0;
         while part + 1 < self.parameters.len() {
             if self.parameters.len() + waiting.len() > most {
@@ -359,13 +365,13 @@ impl Chain {
                 )));
             }
             let (a, b) = (self.parameters[part], self.parameters[part + 1]);
-            match self.flaw(part, carriers, goal)? {
+            match self.flaw(part, carriers)? {
                 Some(flaw) if b - a > least => {
                     let (t, on) = match flaw {
                         Flaw::At(t) => (t, None),
                         Flaw::On(t, track, d, line) => (t, Some((track, d, line))),
                     };
-                    let mut sample = self.sample(t, Some(&self.places(part)), carriers, goal)?;
+                    let mut sample = self.sample(t, Some(&self.places(part)), carriers)?;
                     if let Some((track, d, line)) = on {
                         let place = &mut sample.at[track];
                         place[d] = line;

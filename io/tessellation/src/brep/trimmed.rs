@@ -31,7 +31,7 @@ pub(crate) fn mesh(trimmed: &Trimmed, fineness: &Fineness, budget: usize) -> Res
     for round in 0.. {
         let (targets, tolerance) = targets(std::iter::once((&frame, samples.clone())), fineness)?;
         let Some(target) = targets.first() else { break };
-        let goal = Goal { chord: target.chord, angle: target.angle, size: target.size, budget };
+        let goal = Goal { chord: target.chord, angle: target.angle, size: target.size, budget, part: 1.0 };
         let size = diagonal(&samples);
         let mut cut = Cut::new(trimmed, &lines, frame, goal)?;
         let arranged = cut.untangled()?;
@@ -205,7 +205,7 @@ impl Cut {
             let track = Track::new(0, None);
             let [a, b] = lines.ends[k];
             let least = if a == b { 3 } else { 1 };
-            Chain::new(Path::Lifted(lines.curves[k].clone()), vec![track], 0.0, least, &carriers, &goal)
+            Chain::new(Path::Lifted(lines.curves[k].clone()), vec![track], 0.0, least, &carriers, goal)
         });
         let chains = made.into_iter().collect::<Result<Vec<Chain>>>()?;
         Ok(Self {
@@ -238,11 +238,11 @@ impl Cut {
             let mut any = false;
             for (curve, part) in wanted.into_iter().rev() {
                 if let Some(chain) = self.chains.get_mut(curve) {
-                    any |= chain.halve(part, &self.carriers, &self.goal)?;
+                    any |= chain.halve(part, &self.carriers)?;
                 }
             }
             for chain in &mut self.chains {
-                chain.settle(&self.carriers, &self.goal)?;
+                chain.settle(&self.carriers)?;
             }
             if !any || round == ROUNDS {
                 let near = clash.first().and_then(|(curve, part)| {

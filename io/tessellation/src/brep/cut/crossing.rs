@@ -2,7 +2,7 @@
 
 use loftsman_kernel::Result;
 
-use super::{Chain, Flaw, Goal, ONE_PLACE, Path, STEPS};
+use super::{Chain, Flaw, ONE_PLACE, Path, STEPS};
 use crate::brep::carrier::Carrier;
 
 impl Chain {
@@ -13,7 +13,6 @@ impl Chain {
         k: usize,
         [a, b]: [[f64; 2]; 2],
         carrier: &Carrier,
-        goal: &Goal,
     ) -> Result<Option<Flaw>> {
         for d in 0..2 {
             let side = &carrier.sides[d];
@@ -37,7 +36,7 @@ impl Chain {
                     Path::Space { curve, .. } => {
                         let point = curve.point(t)?;
                         let inside = [0, 1].map(|e: usize| carrier.sides[e].wrapped(near[e]));
-                        let enough = self.enough(goal);
+                        let enough = self.enough();
                         let searches = &mut self.tracks[k].searches;
                         (point, carrier.foot(&point, Some(inside), enough, searches)?.0)
                     }
@@ -60,7 +59,7 @@ impl Chain {
                 }
             }
             let Some((t, point)) = place else { continue };
-            let reach = goal.size * ONE_PLACE.max(2.0 * self.tolerance.min(0.1 * goal.chord));
+            let reach = self.goal.size * ONE_PLACE.max(2.0 * self.tolerance.min(0.1 * self.goal.chord));
             let close = ends.map(|end| nalgebra::distance(&end, &point) <= reach);
             if close[0] {
                 self.tracks[k].at[part][d] = own;

@@ -2,29 +2,24 @@
 
 use loftsman_kernel::{Result, Vector};
 
-use super::{BESIDE, Chain, Flaw, Goal, Path, SHARE, Sample, TURN};
+use super::{BESIDE, Chain, Flaw, Path, SHARE, Sample, TURN};
 use crate::brep::carrier::Carrier;
 
 impl Chain {
     /// What is wrong with a chord, if anything is.
-    pub(super) fn flaw(
-        &mut self,
-        part: usize,
-        carriers: &[Option<Carrier>],
-        goal: &Goal,
-    ) -> Result<Option<Flaw>> {
+    pub(super) fn flaw(&mut self, part: usize, carriers: &[Option<Carrier>]) -> Result<Option<Flaw>> {
         let (ta, tb) = (self.parameters[part], self.parameters[part + 1]);
         let middle = 0.5 * (ta + tb);
         let mut halfway: Option<Sample> = None;
         for k in 0..self.tracks.len() {
             let Some(carrier) = carriers.get(self.tracks[k].face).and_then(Option::as_ref) else { continue };
             let Some([a, b]) = Self::ends(&self.tracks[k], part, carrier) else { continue };
-            if let Some(flaw) = self.crossing(part, k, [a, b], carrier, goal)? {
+            if let Some(flaw) = self.crossing(part, k, [a, b], carrier)? {
                 return Ok(Some(flaw));
             }
             let Some([a, b]) = Self::ends(&self.tracks[k], part, carrier) else { continue };
             if halfway.is_none() {
-                halfway = Some(self.sample(middle, Some(&self.places(part)), carriers, goal)?);
+                halfway = Some(self.sample(middle, Some(&self.places(part)), carriers)?);
             }
             let Some(half) = &halfway else { continue };
             if self.tracks[k].is_far(half.off[k]) {
@@ -61,7 +56,7 @@ impl Chain {
                     away = away.max(distance(p, [a, b], speeds));
                 }
                 let away = std::f64::consts::SQRT_2 * away;
-                if away > SHARE * goal.chord {
+                if away > SHARE * self.goal.chord {
                     return Ok(Some(Flaw::At(middle)));
                 }
                 self.bend = self.bend.max(away);
@@ -86,24 +81,24 @@ impl Chain {
                 [low[d] + shift, high[d] + shift]
             });
             let (low, high) = ([inside[0][0], inside[1][0]], [inside[0][1], inside[1][1]]);
-            let whole = carrier.whole_within(low, high, BESIDE * goal.chord);
-            if whole > BESIDE * goal.chord {
+            let whole = carrier.whole_within(low, high, BESIDE * self.goal.chord);
+            if whole > BESIDE * self.goal.chord {
                 return Ok(Some(Flaw::At(middle)));
             }
             self.beside = self.beside.max(whole);
-            if goal.angle >= std::f64::consts::PI {
+            if self.goal.angle >= std::f64::consts::PI {
                 continue;
             }
             let ends = [&self.points[part], &self.points[part + 1]].map(|p| carrier.framed(p));
-            if (ends[1] - ends[0]).norm() > 2.0 * goal.chord && !carrier.flat {
+            if (ends[1] - ends[0]).norm() > 2.0 * self.goal.chord && !carrier.flat {
                 let wrap = |at: [f64; 2]| [0, 1].map(|d: usize| carrier.sides[d].wrapped(at[d]));
                 let (wa, wb) = (wrap(a), wrap(b));
                 let [n, o] = [carrier.normal(wa, wb), carrier.normal(wb, wa)];
-                if n != Vector::zeros() && o != Vector::zeros() && n.angle(&o) > goal.angle {
+                if n != Vector::zeros() && o != Vector::zeros() && n.angle(&o) > self.goal.angle {
                     // A crease along the edge turns at once, and not less on any part of it.
                     let o = carrier.normal(wrap(m), wa);
-                    if n.angle(&o) > 0.25 * goal.angle
-                        || carrier.normal(wrap(m), wb).angle(&o) > 0.25 * goal.angle
+                    if n.angle(&o) > 0.25 * self.goal.angle
+                        || carrier.normal(wrap(m), wb).angle(&o) > 0.25 * self.goal.angle
                     {
                         return Ok(Some(Flaw::At(middle)));
                     }
