@@ -6,3 +6,4 @@ mod forms;
 mod geometry;
 mod hostile;
 mod round_trip;
+mod sweeps;

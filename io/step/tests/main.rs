@@ -8,4 +8,5 @@ mod geometry;
 mod hostile;
 mod parameters;
 mod round_trip;
+mod sweeps;
 mod swept;

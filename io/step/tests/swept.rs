@@ -102,6 +102,20 @@ fn caps_of_turned_curves_go_on_to_the_axis() {
     }
 }
 
+/// Of a parabola that is turned the ends are points: OpenCASCADE takes its parameters for others than the schema has.
+#[test]
+fn turned_parabolas_end_at_points() {
+    let (scene, _) = cap(1.0, 2.0, 1.0, "#103=PARABOLA('',#97,1.);");
+    let mut memory = Memory::new("t.step", Vec::new());
+    Step.write(&scene, &mut memory, &WriteOptions::default()).unwrap();
+    let text = String::from_utf8(memory.bytes).unwrap();
+    let trimmed: Vec<&str> = text.lines().filter(|line| line.contains("TRIMMED_CURVE")).collect();
+    assert!(trimmed.len() == 1 && trimmed[0].contains(".CARTESIAN."), "{trimmed:?}");
+    let (again, report) = read(&text).unwrap();
+    let off = |p: Point| p.x * p.x + p.y * p.y - 4.0 * p.z;
+    assert!(worst(brep(&again), 0, off) < 1e-13, "{report:?}");
+}
+
 /// Rectangles of what has no ends say where it ends.
 #[test]
 fn rectangles_of_swept_curves_without_ends_are_where_their_parameters_say() {

@@ -2,6 +2,7 @@
 
 mod patch;
 mod piece;
+mod swept;
 
 use std::f64::consts::FRAC_PI_2;
 

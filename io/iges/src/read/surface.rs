@@ -36,7 +36,7 @@ pub(crate) struct Whole {
     pub(crate) paces: [Pace; 2],
     /// Whether the file's first parameter is `v`: then its normal is `-S_u × S_v`.
     pub(crate) swapped: bool,
-    /// The rectangle of an elementary surface that it is.
+    /// The rectangle of an elementary or swept surface that it is.
     pub(crate) piece: Option<Box<SurfacePiece>>,
 }
 
@@ -114,7 +114,8 @@ impl Reader<'_, '_> {
     fn revolved(&self, entity: &Entity<'_, '_>, depth: usize) -> Got<Sheet> {
         let place = entity.place;
         let axis = self.curve(entity.pointer(1)?, depth)?;
-        let Run { curve, pace, form, range } = self.curve(entity.pointer(2)?, depth)?;
+        let run = self.curve(entity.pointer(2)?, depth)?;
+        let (formed, Run { curve, pace, form, range }) = (run.clone().formed(), run);
         let (start, end) = (entity.real(3)?, entity.real(4)?);
         let ends = axis.curve.points();
         let axis = match (axis.form, ends) {
@@ -137,19 +138,33 @@ impl Reader<'_, '_> {
         let (a, b) = surface.u().domain();
         let around = Pace::turn([start, start + sweep], [a, b], surface.u().spans().count(), sweep);
         let form = revolved_form(&profile, &form, axis.0, direction);
-        let piece = revolved_piece(&profile, range, &form, direction, sweep).map(Box::new);
+        let elementary = revolved_piece(&profile, range, &form, direction, sweep);
+        let piece = elementary.filter(|piece| piece.check(&surface).is_ok()).or_else(|| {
+            let [there, back] = [-axis.0.coords, axis.0.coords].map(|by| Matrix4::new_translation(&by));
+            let turned = match start {
+                0.0 => Ok(formed),
+                _ => formed.transformed(&(back * turn.to_homogeneous() * there)),
+            };
+            SurfacePiece::turned(&surface, (axis.0, direction), sweep, turned.ok()?.form().copied())
+        });
+        let piece = piece.map(Box::new);
         Ok(Sheet::Whole(Whole { surface, form, paces: [around, pace], swapped: true, piece }))
     }
 
     /// A tabulated cylinder (122): a curve along a vector, both from 0 to 1.
     fn tabulated(&self, entity: &Entity<'_, '_>, depth: usize) -> Got<Sheet> {
         let place = entity.place;
-        let Run { curve, pace, form, .. } = self.curve(entity.pointer(1)?, depth)?;
+        let run = self.curve(entity.pointer(1)?, depth)?;
+        let (formed, Run { curve, pace, form, .. }) = (run.clone().formed(), run);
         let to = Point::from(entity.triple(2)?);
         let from = curve.point(curve.domain().0).at(place)?;
         let surface = Surface::extrusion(&curve, to - from).at(place)?;
         let paces = [pace.over([0.0, 1.0]), Pace::even([0.0, 1.0], [0.0, 1.0])];
-        let piece = plane_piece(&curve, &form, to - from).map(Box::new);
+        let piece = match form {
+            CurveForm::Line => plane_piece(&curve, &form, to - from),
+            _ => Some(SurfacePiece::extruded(&surface, formed.form().copied())),
+        };
+        let piece = piece.map(Box::new);
         Ok(Sheet::Whole(Whole { surface, form: SurfaceForm::Spline, paces, swapped: false, piece }))
     }
 

@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use loftsman_kernel::brep::{CurveForm, Frame, SurfaceForm};
-use loftsman_kernel::spline::{Curve, CurvePiece, Direction, Surface};
+use loftsman_kernel::spline::{Curve, CurvePiece, Direction, Surface, SurfacePiece};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::Matrix4;
 
@@ -59,8 +59,8 @@ impl Printer {
         Some((number, piece.noun()))
     }
 
-    /// A surface as the rectangle of an elementary one that it is, turned (120) or, of a plane, a line along a vector (122): its number and what
-    /// it is called. `None` where it is a spline and no more.
+    /// A surface as the rectangle of an elementary one, or the swept curve, that it is, turned (120) or, also of a plane, along a vector (122): its number and
+    /// what it is called. `None` where it is a spline and no more.
     pub(crate) fn formed_surface(
         &mut self,
         surface: &Surface,
@@ -79,14 +79,21 @@ impl Printer {
                 let record = Record::new(122).entity(directrix).reals(end.iter());
                 return Some((self.put(record.properties(properties), look), piece.noun()));
             }
+            SurfaceForm::Extrusion { .. } => {
+                let directrix = self.profile(surface, &piece)?;
+                let record = Record::new(122).entity(directrix).reals(end.iter());
+                return Some((self.put(record.properties(properties), look), piece.noun()));
+            }
             // Around against the angle runs the mirror image of a cone.
             _ if a > b => return None,
             SurfaceForm::Cylinder { frame, .. } | SurfaceForm::Cone { frame, .. } => (frame, None, 0.0),
             SurfaceForm::Sphere { frame, radius } => (frame, Some(radius), 0.0),
             SurfaceForm::Torus { frame, major, minor } => (frame, Some(minor), major),
-            _ => return None,
+            SurfaceForm::Revolution { frame, .. } => (frame, None, 0.0),
+            SurfaceForm::Spline => return None,
         };
         let generatrix = match radius {
+            None if matches!(piece.form, SurfaceForm::Revolution { .. }) => self.profile(surface, &piece)?,
             None => self.put(line([start, end]), Look::PART),
             Some(radius) => {
                 let x = frame.x * a.cos() + frame.y() * a.sin();
@@ -104,6 +111,15 @@ impl Printer {
         let axis = self.put(line([frame.origin, frame.origin + frame.z * size]), Look::PART);
         let record = Record::new(120).entities(&[axis, generatrix]).reals(&[0.0, b - a]);
         Some((self.put(record.properties(properties), look), piece.noun()))
+    }
+
+    /// The curve that is swept, as what it is.
+    fn profile(&mut self, surface: &Surface, piece: &SurfacePiece) -> Option<u32> {
+        let profile = piece.profile(surface).ok()??;
+        match profile.form() {
+            Some(_) => self.formed(&profile, Look::PART, &[]).map(|(number, _)| number),
+            None => Some(self.curve(&profile, Look::PART, &[])),
+        }
     }
 
     fn circle(

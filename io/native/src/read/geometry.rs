@@ -330,7 +330,7 @@ impl<'de> Table<'de> for FormedSurfaceTable {
     }
 }
 
-/// `"form"` of a surface: an elementary one, and from where to where.
+/// `"form"` of a surface: an elementary or swept one, and from where to where.
 #[derive(Default)]
 struct PatchOfFormTable {
     form: FormTable,
@@ -342,7 +342,7 @@ impl<'de> Table<'de> for PatchOfFormTable {
     type Out = SurfacePiece;
     const WHAT: &'static str = FormTable::WHAT;
     const FIELDS: &'static [&'static str] =
-        &["kind", "origin", "x", "z", "radius", "angle", "major", "minor", "u", "v"];
+        &["kind", "origin", "x", "z", "radius", "angle", "major", "minor", "along", "profile", "u", "v"];
 
     fn field<A: MapAccess<'de>>(
         &mut self,

@@ -191,7 +191,7 @@ fn surface_form(form: &SurfaceForm, out: &mut Layout<'_>) -> io::Result<()> {
     surface_table(form, out, |_| Ok(()))
 }
 
-/// A rectangle of an elementary surface, as a field of a surface.
+/// A rectangle of an elementary or swept surface, as a field of a surface.
 pub(super) fn surface_piece(piece: &SurfacePiece, out: &mut Layout<'_>) -> io::Result<()> {
     surface_table(&piece.form, out, |out| {
         for (key, range) in ["u", "v"].into_iter().zip(&piece.ranges) {
@@ -221,13 +221,15 @@ fn surface_table(
                 place(form.name(), None, out)?;
                 out.key("along")?;
                 out.row(along.as_slice())?;
-                curve_form_as("profile", profile, out)
+                curve_form_as("profile", profile, out)?;
+                more(out)
             });
         }
         SurfaceForm::Revolution { frame, profile } => {
             return table("form", out, |out| {
                 place(form.name(), Some(frame), out)?;
-                curve_form_as("profile", profile, out)
+                curve_form_as("profile", profile, out)?;
+                more(out)
             });
         }
     };

@@ -1,9 +1,10 @@
 //! What curves are beside splines: there and back to the last bit, and refused where they are not that.
 
 use super::common::{read, write};
+use loftsman_kernel::brep::{CurveForm, Frame};
 use loftsman_kernel::conformance::{format_conformance, sample_forms};
 use loftsman_kernel::scene::{Geometry, Object, Scene};
-use loftsman_kernel::spline::Curve;
+use loftsman_kernel::spline::{Curve, CurvePiece, Surface, SurfacePiece};
 use loftsman_kernel::{Point, Vector};
 use loftsman_native::Native;
 
@@ -44,6 +45,47 @@ fn forms_that_are_not_those_of_the_curve_are_refused() {
     ] {
         assert!(text.contains(&was), "{was} in {text}");
         let error = read(text.replacen(&was, is, 1)).unwrap_err().to_string();
+        assert!(error.contains(said), "{is}: {error}");
+    }
+}
+
+/// A spline and an arc, along a vector and about an axis.
+fn sweeps() -> Scene {
+    let points = [[4.0, 0.0], [5.0, 1.0], [4.0, 3.0], [6.0, 4.0]].map(|[x, z]| Point::new(x, 0.0, z));
+    let spline = Curve::bezier(points.to_vec()).unwrap();
+    let frame = Frame::new(Point::new(4.0, 0.0, 2.0), Vector::y(), Vector::x()).unwrap();
+    let arc = Curve::elliptic_arc(frame.origin, frame.x * 2.0, frame.y() * 2.0, 0.25, 2.0).unwrap();
+    let form = CurveForm::Circle { frame, radius: 2.0 };
+    let arc = arc.with_form(CurvePiece { form, range: [0.25, 2.25] }).unwrap();
+    let mut scene = Scene::new();
+    for (name, profile) in [("spline", spline), ("arc", arc)] {
+        let of = profile.form().copied();
+        let surface = Surface::extrusion(&profile, Vector::new(1.0, 5.0, 0.5)).unwrap();
+        let piece = SurfacePiece::extruded(&surface, of);
+        scene.add(Object::new(format!("extruded {name}"), surface.with_form(piece).unwrap().into())).unwrap();
+        let axis = (Point::origin(), Vector::z());
+        let surface = Surface::revolution(&profile, axis.0, axis.1, 1.5).unwrap();
+        let piece = SurfacePiece::turned(&surface, axis, 1.5, of).unwrap();
+        scene.add(Object::new(format!("turned {name}"), surface.with_form(piece).unwrap().into())).unwrap();
+    }
+    scene
+}
+
+#[test]
+fn sweeps_read_back_to_the_last_bit_and_are_refused_where_they_are_none() {
+    let bytes = write(&sweeps());
+    let (found, _) = read(bytes.clone()).unwrap();
+    assert!(found == sweeps());
+    let text = String::from_utf8(bytes).unwrap();
+    for (was, is, said) in [
+        ("\"along\": [1, 5, 0.5]", "\"along\": [1, 5, 0.25]", "the surface is no extrusion"),
+        ("\"radius\": 2", "\"radius\": 2.000001", "the curve is no circle"),
+        ("\"u\": [0, 1.5]", "\"u\": [0, 1.25]", "the surface is no revolution"),
+        ("\"v\": [0, 1]", "\"v\": [0, 2]", "the surface is no extrusion"),
+        ("\"v\": [0.25, 2.25]", "\"v\": [0.25, 2]", "its range ends at 2"),
+    ] {
+        assert!(text.contains(was), "{was} in {text}");
+        let error = read(text.replacen(was, is, 1)).unwrap_err().to_string();
         assert!(error.contains(said), "{is}: {error}");
     }
 }

@@ -331,7 +331,7 @@ impl Basis {
     }
 
     /// A part of it, from one parameter to another or the other way, with what it is beside a spline.
-    fn formed(&self, curve: Curve, range: [f64; 2], along: bool) -> Curve {
+    pub(crate) fn formed(&self, curve: Curve, range: [f64; 2], along: bool) -> Curve {
         let piece = match self {
             Self::Spline(_) => return curve,
             Self::Line { .. } => CurvePiece::LINE,

@@ -5,13 +5,12 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use loftsman_kernel::brep::{CurveForm, Frame, SurfaceForm};
 use loftsman_kernel::spline::{Curve, Direction, Surface, SurfacePiece};
 use loftsman_kernel::{Point, Vector};
-use nalgebra::{Rotation3, Unit};
 
 use super::curve::Basis;
 use super::entity::{At, Got, Problem, deeper};
 use super::place::Space;
 use super::spline::{SURFACES, is_one};
-use super::swept::{extruded, open_extrusion, open_revolution};
+use super::swept::{Sweep, extruded, kept, open_extrusion, open_revolution};
 
 /// How far splines may be from the offsets that they stand for, as a part of their size.
 const NEAR: f64 = 1e-7;
@@ -25,13 +24,23 @@ pub(crate) enum Sheet {
     /// A spline near to what the file has, which is none, and how far it was found to be off.
     Near(Surface, f64),
     /// A curve with ends that is turned all around.
-    Turned(Surface, SurfaceForm),
+    Turned(Surface, Box<Turned>),
     /// A curve along a vector, without end.
-    Extrusion { curve: Curve, profile: CurveForm, along: Vector },
+    Extrusion { curve: Curve, basis: Basis, along: Vector, has_ends: bool },
     /// A conic without ends along a vector, without end.
     OpenExtrusion { basis: Basis, along: Vector },
     /// A line or a conic without ends about an axis.
     OpenRevolution { basis: Basis, axis: (Point, Vector) },
+}
+
+/// A curve that is turned about an axis.
+pub(crate) struct Turned {
+    form: SurfaceForm,
+    profile: Curve,
+    /// What the profile is on, and whether it is a piece of that: else parameters of the file are those of the basis.
+    basis: Basis,
+    has_ends: bool,
+    axis: (Point, Vector),
 }
 
 /// A surface of a face.
@@ -134,7 +143,8 @@ impl Space<'_, '_> {
                 Ok(Sheet::OpenExtrusion { basis, along })
             }
             basis => {
-                Ok(Sheet::Extrusion { curve: self.bounded(curve, depth)?, profile: basis.form(true), along })
+                let has_ends = self.has_ends(curve, depth)?;
+                Ok(Sheet::Extrusion { curve: self.bounded(curve, depth)?, basis, along, has_ends })
             }
         }
     }
@@ -156,13 +166,24 @@ impl Space<'_, '_> {
                 } =>
             {
                 let start = basis.parameter(frame.origin - direction * radii[0]).at(number)?;
-                basis.piece(start, start + PI, number)?
+                let range = [start, start + PI];
+                basis.formed(basis.piece(range[0], range[1], number)?, range, true)
             }
             _ => self.bounded(curve, depth)?,
         };
-        Surface::revolution(&profile, origin, direction, TAU)
-            .map(|surface| Sheet::Turned(surface, form))
-            .at(number)
+        let surface = Surface::revolution(&profile, origin, direction, TAU).at(number)?;
+        let has_ends = self.has_ends(curve, depth)?;
+        Ok(Sheet::Turned(surface, Box::new(Turned { form, profile, basis, has_ends, axis })))
+    }
+
+    /// The part of a profile between parameters of the file, with what it is beside a spline.
+    fn profile_part(&self, profile: &Curve, basis: &Basis, ends: [f64; 2], number: u64) -> Got<Curve> {
+        let [from, to] = match basis {
+            Basis::Ellipse { .. } => self.around(ends),
+            Basis::Spline(_) if (ends[0], ends[1]) == profile.domain() => return Ok(profile.clone()),
+            _ => ends,
+        };
+        Ok(basis.formed(basis.piece(from, to, number)?, [from, to], true))
     }
 
     /// Angles of the file from the first to the second, no more than all around.
@@ -192,8 +213,16 @@ impl Space<'_, '_> {
     ) -> Got<Sheet> {
         let ordered = |(a, b): (f64, f64), sense: bool| if sense { [a, b] } else { [b, a] };
         let ([a, b], [c, d]) = (ordered(u, u_sense), ordered(v, v_sense));
+        // Of a curve that is a piece of another the parameters are its own.
+        let part = |profile: &Curve, basis: &Basis, has_ends: bool, ends: [f64; 2]| {
+            if !has_ends {
+                return self.profile_part(profile, basis, ends, number);
+            }
+            let whole = (ends[0], ends[1]) == profile.domain();
+            if whole { Ok(profile.clone()) } else { profile.between(ends[0], ends[1]).at(number) }
+        };
         let surface = match basis {
-            Sheet::Spline(surface) | Sheet::Near(surface, _) | Sheet::Turned(surface, _) => surface
+            Sheet::Spline(surface) | Sheet::Near(surface, _) => surface
                 .between(Direction::U, a, b)
                 .and_then(|part| part.between(Direction::V, c, d))
                 .at(number)?,
@@ -221,21 +250,26 @@ impl Space<'_, '_> {
                 let ranges = [turned(u, u_sense), turned(v, v_sense)];
                 return formed(SurfacePiece { form: *form, ranges }, number).map(Sheet::Spline);
             }
-            Sheet::Extrusion { curve, along, .. } => {
-                let part = curve.between(a, b).at(number)?;
-                extruded(&part, *along, [c, d]).at(number)?
+            Sheet::Extrusion { curve, basis, along, has_ends } => {
+                let part = part(curve, basis, *has_ends, [a, b])?;
+                let sweep = Sweep { profile: part, senses: [u_sense, v_sense], number };
+                return sweep.extruded(*along, [c, d]).map(Sheet::Spline);
             }
             Sheet::OpenExtrusion { basis, along } => {
-                extruded(&basis.piece(a, b, number)?, *along, [c, d]).at(number)?
+                let part = basis.formed(basis.piece(a, b, number)?, [a, b], true);
+                let sweep = Sweep { profile: part, senses: [u_sense, v_sense], number };
+                return sweep.extruded(*along, [c, d]).map(Sheet::Spline);
             }
-            Sheet::OpenRevolution { basis, axis: (base, direction) } => {
-                let [from, to] = self.around([a, b]);
-                let turn = Rotation3::from_axis_angle(&Unit::new_unchecked(*direction), from);
-                let (space, points, weights) = basis.piece(c, d, number)?.into_parts();
-                let points = points.iter().map(|p| base + turn * (p - base)).collect();
-                Curve::build(space, points, weights)
-                    .and_then(|start| Surface::revolution(&start, *base, *direction, to - from))
-                    .at(number)?
+            Sheet::Turned(_, turned) => {
+                let Turned { profile, basis, has_ends, axis, .. } = &**turned;
+                let part = part(profile, basis, *has_ends, [c, d])?;
+                let sweep = Sweep { profile: part, senses: [u_sense, v_sense], number };
+                return sweep.turned(*axis, self.around([a, b])).map(Sheet::Spline);
+            }
+            Sheet::OpenRevolution { basis, axis } => {
+                let part = basis.formed(basis.piece(c, d, number)?, [c, d], true);
+                let sweep = Sweep { profile: part, senses: [u_sense, v_sense], number };
+                return sweep.turned(*axis, self.around([a, b])).map(Sheet::Spline);
             }
         };
         let turn = |surface: Surface, direction, sense: bool| {
@@ -271,8 +305,8 @@ impl Sheet {
                 Ok(Covering { surface, form: *form, reversed: *reversed })
             }
             Self::Spline(surface) | Self::Near(surface, _) => Ok(spline(surface.clone())),
-            Self::Turned(surface, form) => Ok(swept(surface.clone(), *form)),
-            Self::Extrusion { curve, profile, along } => {
+            Self::Turned(surface, turned) => Ok(swept(surface.clone(), turned.form)),
+            Self::Extrusion { curve, basis, along, .. } => {
                 let unit = along / along.norm_squared();
                 let range = |points: &[Point]| {
                     let heights = points.iter().map(|p| p.coords.dot(&unit));
@@ -287,7 +321,7 @@ impl Sheet {
                     return Err(Problem::new(number, "no points say how far the curve goes along"));
                 }
                 let surface = extruded(curve, *along, [ends[0] - margin, ends[1] + margin]).at(number)?;
-                Ok(swept(surface, SurfaceForm::Extrusion { along: *along, profile: *profile }))
+                Ok(swept(surface, SurfaceForm::Extrusion { along: *along, profile: basis.form(true) }))
             }
             Self::OpenExtrusion { basis, along } => {
                 let form = SurfaceForm::Extrusion { along: *along, profile: basis.form(true) };
@@ -311,7 +345,11 @@ impl Sheet {
     /// The surface where no face says how large it is.
     pub(crate) fn whole(&self, number: u64) -> Got<Surface> {
         match self {
-            Self::Spline(surface) | Self::Near(surface, _) | Self::Turned(surface, _) => Ok(surface.clone()),
+            Self::Spline(surface) | Self::Near(surface, _) => Ok(surface.clone()),
+            Self::Turned(surface, turned) => {
+                let of = turned.profile.form().copied();
+                Ok(kept(surface.clone(), SurfacePiece::turned(surface, turned.axis, TAU, of)))
+            }
             Self::Elementary(form, _) => match form.whole() {
                 Some(ranges) => formed(SurfacePiece { form: *form, ranges }, number),
                 None => Err(Problem::new(number, format!("a {} without ends", form.name()))),

@@ -1,9 +1,11 @@
-//! Parabolas, hyperbolas and lines without ends, extruded and turned about axes: pieces as large as some points on the surface need.
+//! Curves extruded and turned about axes: rectangles of what they sweep, and of parabolas, hyperbolas and lines without ends pieces as large as some points on
+//! the surface need.
 
 use std::f64::consts::TAU;
 
-use loftsman_kernel::spline::{Curve, Direction, Surface};
+use loftsman_kernel::spline::{Curve, CurvePiece, Direction, Surface, SurfacePiece};
 use loftsman_kernel::{Point, Vector};
+use nalgebra::{Matrix4, Rotation3, Unit};
 
 use super::curve::Basis;
 use super::entity::{At, Got, Problem};
@@ -24,6 +26,71 @@ pub(super) fn extruded(
     let (space, points, weights) = curve.clone().into_parts();
     let start = Curve::build(space, points.iter().map(|p| p + along * from).collect(), weights)?;
     Surface::extrusion(&start, along * (to - from))?.reparametrise(Direction::V, from, to)
+}
+
+/// A surface with what it is beside a spline; the spline alone where it is that to fewer digits.
+pub(super) fn kept(surface: Surface, piece: Option<SurfacePiece>) -> Surface {
+    match piece {
+        Some(piece) => surface.clone().with_form(piece).unwrap_or(surface),
+        None => surface,
+    }
+}
+
+/// A curve with ends that is swept by itself, and whether the surface runs as the file counts, along `u` and along `v`.
+pub(super) struct Sweep {
+    pub(super) profile: Curve,
+    pub(super) senses: [bool; 2],
+    pub(super) number: u64,
+}
+
+impl Sweep {
+    /// The profile, the other way where it is to run so.
+    fn directed(&self, along: bool) -> Got<Curve> {
+        if along {
+            return Ok(self.profile.clone());
+        }
+        let turned = self.profile.reverse().at(self.number)?;
+        let piece = self.profile.form().copied().map(CurvePiece::reversed);
+        Ok(match piece {
+            Some(piece) => turned.clone().with_form(piece).unwrap_or(turned),
+            None => turned,
+        })
+    }
+
+    /// Along a vector, from a multiple of it to another.
+    pub(super) fn extruded(&self, along: Vector, [from, to]: [f64; 2]) -> Got<Surface> {
+        let [u_sense, v_sense] = self.senses;
+        let [first, last] = if v_sense { [from, to] } else { [to, from] };
+        let shift = Matrix4::new_translation(&(along * first));
+        let start = self.directed(u_sense)?.transformed(&shift).at(self.number)?;
+        let surface = Surface::extrusion(&start, along * (last - first))
+            .and_then(|surface| surface.reparametrise(Direction::V, from, to))
+            .at(self.number)?;
+        let piece = SurfacePiece::extruded(&surface, start.form().copied());
+        Ok(kept(surface, Some(piece)))
+    }
+
+    /// About an axis, from an angle to another.
+    pub(super) fn turned(&self, (base, direction): (Point, Vector), [from, to]: [f64; 2]) -> Got<Surface> {
+        let [u_sense, v_sense] = self.senses;
+        let (first, direction) = if u_sense { (from, direction) } else { (to, -direction) };
+        let mut start = self.directed(v_sense)?;
+        if first != 0.0 {
+            let turn = Rotation3::from_axis_angle(
+                &Unit::new_normalize(direction),
+                if u_sense { first } else { -first },
+            );
+            let turn = turn.to_homogeneous();
+            let [there, back] = [-base.coords, base.coords].map(|by| Matrix4::new_translation(&by));
+            start = start.transformed(&(back * turn * there)).at(self.number)?;
+        }
+        // A full turn that does not start at 0 is one but for rounding.
+        let sweep =
+            if (to - from - TAU).abs() <= 8.0 * f64::EPSILON * (from.abs() + TAU) { TAU } else { to - from };
+        let surface = Surface::revolution(&start, base, direction, sweep).at(self.number)?;
+        let piece = SurfacePiece::turned(&surface, (base, direction), sweep, start.form().copied());
+        Ok(kept(surface, piece))
+    }
 }
 
 /// A curve without ends along a vector, as long as points on the surface need: `u` is the curve's parameter, `v` the multiple of the vector.

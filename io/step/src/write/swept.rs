@@ -4,7 +4,7 @@ use loftsman_kernel::brep::{CurveForm, Frame, SurfaceForm};
 use loftsman_kernel::spline::{Curve, Direction, Surface};
 use loftsman_kernel::{Point, Result, Vector};
 
-use super::print::{Printer, flag, real};
+use super::print::{Printer, real};
 
 /// How far directions that are to be one may be apart, and points from the curve that they are to be on, as parts of their size.
 const NEAR: f64 = 1e-9;
@@ -112,12 +112,8 @@ impl Printer {
         if along.is_some() && conic.kind != Kind::Round {
             return Ok(Some(Profile { number, along: runs }));
         }
-        let number = self.put(&format!(
-            "TRIMMED_CURVE('',#{number},(PARAMETER_VALUE({})),(PARAMETER_VALUE({})),{},.PARAMETER.)",
-            real(a),
-            real(b),
-            flag(runs)
-        ));
+        let number =
+            self.part(number, [first, last], [a, b], runs, matches!(form, CurveForm::Parabola { .. }));
         // With its sense the trimmed curve runs as the spline does.
         Ok(Some(Profile { number, along: true }))
     }

@@ -13,13 +13,15 @@ use crate::{Point, Vector};
 /// roundings make, and no more.
 const ROUNDING: f64 = 1e-12;
 
-/// A rectangle of an elementary surface: of which, and from where to where on it.
+/// A rectangle of an elementary surface, or a curve along a vector or about an axis: of which, and from where to where on it.
 ///
 /// The parameters are those of ISO 10303-42: of a plane lengths along `x` and `y`; of the others `u` is the angle about the axis from `x` on, and `v` of a cylinder
 /// and a cone the height along the axis, of a sphere the latitude, of a torus the angle around the tube from outside.
+/// Of an extrusion `u` is the parameter of its profile ([`CurvePiece`](super::CurvePiece); of a spline its own) and `v` from 0 to 1 the way along the vector; of a
+/// revolution `u` is the angle, from 0, and `v` the parameter of the profile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfacePiece {
-    /// The elementary surface.
+    /// The surface.
     pub form: SurfaceForm,
     /// Where `u` starts and ends, and where `v` does; where the second is less, the spline runs the other way.
     pub ranges: [[f64; 2]; 2],
@@ -95,13 +97,16 @@ fn around(profile: &Curve, frame: &Frame, [from, to]: [f64; 2]) -> Result<Surfac
 }
 
 impl SurfacePiece {
-    /// What it is in words: `"plane"`, `"cylinder"`, `"cone"`, `"sphere"`, `"torus"`.
+    /// What it is in words: `"plane"`, `"cylinder"`, `"cone"`, `"sphere"`, `"torus"`, `"extrusion"`, `"revolution"`.
     pub fn noun(&self) -> &'static str {
         self.form.name()
     }
 
     /// The piece under the map of a surface. `None` where that does not keep the form.
     pub(crate) fn moved(&self, map: &Matrix4<f64>) -> Option<Self> {
+        if let SurfaceForm::Extrusion { .. } | SurfaceForm::Revolution { .. } = self.form {
+            return self.moved_sweep(map);
+        }
         let linear = map.fixed_view::<3, 3>(0, 0).into_owned();
         let shift: Vector = map.fixed_view::<3, 1>(0, 3).into_owned();
         let similarity = Similarity::of(&linear, shift)?;
@@ -133,7 +138,8 @@ impl SurfacePiece {
         Some(Self { form, ranges: [u, v] })
     }
 
-    /// That a surface is this piece: the [patch](SurfaceForm::patch), to rounding, over whatever domains. `O(vertices)`.
+    /// That a surface is this piece, to rounding: the [patch](SurfaceForm::patch), over whatever domains, or its [profile](Self::profile) along the vector or
+    /// about the axis. `O(vertices)`.
     ///
     /// # Errors
     /// When it is not, with what is wrong.
@@ -141,6 +147,9 @@ impl SurfacePiece {
         let no = |why: String| Err(Error::Invalid(format!("the surface is no {}: {why}", self.form.name())));
         if !self.ranges.iter().flatten().all(|t| t.is_finite()) {
             return no(format!("it runs from and to {:?}", self.ranges));
+        }
+        if let SurfaceForm::Extrusion { .. } | SurfaceForm::Revolution { .. } = self.form {
+            return self.check_sweep(surface);
         }
         let own = self.form.patch(self.ranges)?;
         for (space, own) in [(surface.u(), own.u()), (surface.v(), own.v())] {
@@ -165,7 +174,7 @@ impl SurfacePiece {
 }
 
 /// Whether knots are at the same shares of their domains.
-fn alike(one: &Space, other: &Space) -> bool {
+pub(super) fn alike(one: &Space, other: &Space) -> bool {
     let share = |space: &Space, k: usize| {
         let (a, b) = space.domain();
         (space.knots()[k] - a) / (b - a)
