@@ -195,7 +195,7 @@ fn frames(
 }
 
 /// A row applied to the points of a cage.
-fn applied(row: &Row, cage: &Cage) -> Vector {
+pub(super) fn applied(row: &Row, cage: &Cage) -> Vector {
     row.0.iter().fold(Vector::zeros(), |sum, &(v, c)| sum + cage.points[v as usize].coords * c)
 }
 

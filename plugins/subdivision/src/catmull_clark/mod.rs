@@ -11,6 +11,7 @@ mod refine;
 mod refinement;
 mod ring;
 mod rules;
+mod sides;
 mod uneven;
 pub(crate) mod weights;
 
@@ -20,3 +21,5 @@ pub use patch::{patch, patch_stencils};
 pub(crate) use refine::refined_intervals;
 pub use refine::{refine, refine_times};
 pub use refinement::Refinement;
+pub use sides::limit_normals;
+pub(crate) use sides::{is_alike, side_normals};

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use loftsman_kernel::error::{Error, Result};
-use loftsman_kernel::mesh::{Layer, Mesh};
+use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::plugin::{Chord, Drawn, Faceted, Fineness};
 use loftsman_kernel::shape::Location;
 use loftsman_kernel::{Point, Vector, parallel};
@@ -11,6 +11,7 @@ use smallvec::SmallVec;
 
 use super::apart::Apart;
 use super::cut::Cut;
+use super::normals::Normals;
 use super::places::Place;
 use super::quads::{Quads, Since};
 use super::sampled::sampled;
@@ -40,6 +41,12 @@ pub(crate) trait Scheme: Sync {
 
     /// The unit normals at the corners of a quad, in a state, where the surface is to be smooth and has one.
     fn normals(&self, own: Self::Own, state: usize) -> [Option<Vector>; 4];
+
+    /// The unit normal that a quad has at a corner in the first state, where its point has more than one: on a crease that never ends.
+    fn side_normal(&self, own: Self::Own, corner: usize) -> Option<Vector> {
+        let _ = (own, corner);
+        None
+    }
 }
 
 /// How fine triangles are to be.
@@ -268,6 +275,7 @@ impl<S: Scheme> Facing<S> {
         let (mut used, mut corners) = (Vec::new(), Vec::new());
         let mut places: Vec<Location> = Vec::new();
         let (mut error, mut certified) = (0.0_f64, true);
+        let mut normals = Normals::default();
         for k in quads.shown() {
             let (Ok(place), Some(judged)) = (&quads.all[k].place, &self.judged[k]) else { continue };
             error = error.max(judged.error);
@@ -281,8 +289,10 @@ impl<S: Scheme> Facing<S> {
                         used.push(name);
                         let [u, v] = of_place(place, usize::from(at));
                         places.push(Location::Face(place.face, u, v));
+                        normals.point(quads.normals[name]);
                     }
                     corners.push(number[name]);
+                    normals.corner(number[name], self.side_normal(k, usize::from(at)));
                 }
             }
         }
@@ -290,10 +300,23 @@ impl<S: Scheme> Facing<S> {
         let states: Vec<Vec<Point>> = quads.points.iter().map(chosen).collect();
         let starts = (0..=corners.len() / 3).map(|k| 3 * k).collect();
         let mut mesh = Mesh::from_parts(states.first().cloned().unwrap_or_default(), corners, starts)?;
-        let normals = used.iter().map(|&k| quads.normals[k].unwrap_or_else(Vector::z));
-        mesh.normals = Layer::per_point(normals.collect());
+        mesh.normals = normals.into_layer();
         let tolerance = self.aim.chords.iter().copied().fold(0.0, f64::max);
         Ok(Faceted { drawn: Drawn::Mesh(mesh), states, tolerance, error, certified, places })
+    }
+
+    /// The normal of its own that a face has at one of its points ([`Quads::numbers`]).
+    fn side_normal(&self, node: usize, at: usize) -> Option<Vector> {
+        let quad = &self.quads.all[node];
+        match at {
+            0..=3 => self.scheme.side_normal(quad.own, at),
+            // The middle of a side is the second corner of the child there, which a face has that is cut there.
+            4..=7 => {
+                let (first, ..) = quad.children?;
+                self.scheme.side_normal(self.quads.all[first as usize + at - 4].own, 1)
+            }
+            _ => None,
+        }
     }
 }
 

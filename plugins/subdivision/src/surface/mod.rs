@@ -14,6 +14,7 @@ mod leaf;
 pub(crate) mod left_out;
 mod local;
 pub(crate) mod net;
+mod normals;
 pub(crate) mod patches;
 pub(crate) mod pattern;
 pub(crate) mod places;

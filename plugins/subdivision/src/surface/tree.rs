@@ -3,6 +3,8 @@
 //! A face is refined with nothing but the faces round it, for what it becomes depends on nothing else. Faces that are refined together
 //! are a batch: a cage of their own, in which the faces on the rim are there for the sake of the others only.
 
+use std::collections::HashMap;
+
 use loftsman_kernel::error::Result;
 use loftsman_kernel::{Point, Vector};
 
@@ -16,7 +18,7 @@ use super::refused;
 use super::regular;
 use super::template::{Near, Templates};
 use crate::cage::Cage;
-use crate::catmull_clark::{limit_frames_of, refine};
+use crate::catmull_clark::{limit_frames_of, refine, side_normals};
 use crate::part::Part;
 use crate::topology::NONE;
 
@@ -27,6 +29,8 @@ struct Batch {
     names: Vec<u32>,
     /// The unit normal of each vertex that has a number, in each state.
     normals: Vec<Vec<Option<Vector>>>,
+    /// The unit normals of corners of faces, by their half-edges, where a vertex has more than one; in the first state.
+    sides: HashMap<u32, Option<Vector>>,
 }
 
 /// A face of a batch.
@@ -83,7 +87,8 @@ impl Batches {
                 }
             }
         }
-        self.all.push(Batch { cages, names, normals });
+        let sides = side_normals(&cages[0], &named).map_err(refused)?.into_iter().collect();
+        self.all.push(Batch { cages, names, normals, sides });
         Ok(())
     }
 
@@ -177,6 +182,12 @@ impl Scheme for Batches {
             Ok(Over::Hull(hull_of(&local, point).into_iter().map(Point::from).collect()))
         };
         apart.of_parts(&(), |_, ()| [(); 4], look)
+    }
+
+    fn side_normal(&self, own: Own, corner: usize) -> Option<Vector> {
+        let Batch { cages, sides, .. } = &self.all[own.batch as usize];
+        let half = cages[0].topology().face_corners(own.face as usize).start + corner;
+        sides.get(&(half as u32)).copied().flatten()
     }
 
     fn normals(&self, own: Own, state: usize) -> [Option<Vector>; 4] {
