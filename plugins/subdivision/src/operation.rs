@@ -338,6 +338,7 @@ fn by_catmull_clark(cage: &Cage, from: &Mesh, levels: usize, limit: bool) -> Res
     if limit {
         let frames = catmull_clark::limit_frames(&fine)?;
         put_at(&mut mesh, &frames);
+        mesh.normals = catmull_clark::limit_normals(&fine, &frames)?;
     }
     Ok(mesh)
 }

@@ -503,3 +503,19 @@ fn nothing_is_no_result() {
         .to_string();
     assert!(error.contains("leaves nothing"), "{error}");
 }
+
+/// Along a crease that is sharp for ever each side of a mesh of limits has its own normals: no corner's is far from its face's.
+#[test]
+fn limits_have_normals_on_both_sides_of_creases() {
+    let creases: Vec<_> = [[0, 1], [1, 3], [3, 2], [2, 0]].map(|[a, b]| json!([a, b, 10])).to_vec();
+    let fields = json!({ "object": "cube", "levels": 3, "limit": true, "creases": creases });
+    let Geometry::Mesh(mesh) = done(fields) else { panic!("a mesh") };
+    assert!(mesh.normals.corners().is_some() && mesh.normals.values().len() > mesh.points().len());
+    for (face, corners) in mesh.starts().windows(2).enumerate() {
+        let flat = mesh.face_normal(face).unwrap();
+        for corner in corners[0]..corners[1] {
+            let own = mesh.normals.at(corner, mesh.corners()[corner]).unwrap();
+            assert!(own.dot(&flat) > 0.9, "face {face}: {own} {flat}");
+        }
+    }
+}
