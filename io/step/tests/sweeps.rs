@@ -122,7 +122,7 @@ fn off(one: &Surface, other: &Surface) -> f64 {
 
 #[test]
 fn sweeps_are_written_and_read_as_what_they_are() {
-    for unit in [None, Some(Unit::Inch), Some(Unit::Metre)] {
+    for unit in [Some(Unit::Millimetre), Some(Unit::Inch), None] {
         let mut scene = Scene::new();
         for (name, surface, _) in family() {
             scene.add(Object::new(&name, surface.into())).unwrap();
@@ -133,7 +133,10 @@ fn sweeps_are_written_and_read_as_what_they_are() {
         assert_eq!(found.len(), family().len());
         for ((name, was, kept), is) in family().iter().zip(&found) {
             let was = was.transformed(&Matrix4::new_scaling(scale)).unwrap();
-            assert_eq!(is.form().is_some(), *kept, "{name}");
+            // Of conics along vectors and lines about axes in other units splines are left: OpenCASCADE takes their lengths for millimetres.
+            let conic = name.starts_with("extruded") && !name.ends_with("spline") || name == "hyperboloid";
+            let kept = *kept && (unit == Some(Unit::Millimetre) || !conic);
+            assert_eq!(is.form().is_some(), kept, "{name}");
             assert!(off(&was, is) <= 1e-13 * 40.0 * scale, "{name}: {:e}", off(&was, is));
             let (Some(was), Some(is)) = (was.form(), is.form()) else { continue };
             assert_eq!(was.noun(), is.noun(), "{name}");
@@ -150,7 +153,10 @@ fn sweeps_are_written_and_read_as_what_they_are() {
         for (k, surface) in found.iter().enumerate() {
             scene.add(Object::new(k.to_string(), surface.clone().into())).unwrap();
         }
-        for (one, other) in found.iter().zip(read(&write(&scene, None))) {
+        if let Some(unit) = unit {
+            scene.unit = unit;
+        }
+        for (one, other) in found.iter().zip(read(&write(&scene, unit))) {
             assert_eq!(one.form().is_some(), other.form().is_some());
             assert!(off(one, &other) <= 1e-13 * 40.0 * scale);
         }
@@ -163,7 +169,7 @@ fn sweeps_that_were_edited_are_written_as_splines() {
         let count = |surface: Surface| {
             let mut scene = Scene::new();
             scene.add(Object::new("s", surface.into())).unwrap();
-            write(&scene, None).matches("B_SPLINE_SURFACE_WITH_KNOTS").count()
+            write(&scene, Some(Unit::Millimetre)).matches("B_SPLINE_SURFACE_WITH_KNOTS").count()
         };
         assert_eq!(count(surface.clone()), usize::from(!kept), "{name}");
         let mut moved = surface.clone();

@@ -16,7 +16,7 @@ use std::collections::HashMap;
 
 use loftsman_kernel::brep::Frame;
 use loftsman_kernel::plugin::{FormatError, FormatErrorKind, Outgoing, Sink, WriteReport, Written};
-use loftsman_kernel::scene::{Geometry, Object, Scene};
+use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::Matrix4;
 
@@ -39,7 +39,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
     outgoing.scene().check_hierarchy()?;
     let scene = outgoing.converted()?;
     let name = sink.name().to_owned();
-    let mut printer = Printer::default();
+    let mut printer = Printer { millimetres: outgoing.unit == Unit::Millimetre, ..Printer::default() };
     printer.out.extend_from_slice(header(&name).as_bytes());
     let common = Common::new(&mut printer, outgoing.unit);
     let mut writer = Writer {

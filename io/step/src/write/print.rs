@@ -10,6 +10,8 @@ pub(crate) struct Printer {
     pub(crate) out: Vec<u8>,
     /// The context of curves in parameter planes, where there is one yet.
     pub(crate) plane: Option<u64>,
+    /// Whether the file's unit of length is the millimetre.
+    pub(crate) millimetres: bool,
     last: u64,
 }
 
