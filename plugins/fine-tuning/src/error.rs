@@ -75,7 +75,7 @@ pub enum FineTuneError {
         most: f64,
     },
     /// A range that is none, or outside of the domain.
-    #[error("the range [{}, {}] is not within [{}, {}] from a smaller number to a larger one", Figure(*.from), Figure(*.to), Figure(*.start), Figure(*.end))]
+    #[error("the range [{}, {}] {}", Figure(*.from), Figure(*.to), range_fault([*.from, *.to], [*.start, *.end]))]
     Range {
         /// Where it should start.
         from: f64,
@@ -99,13 +99,13 @@ pub enum FineTuneError {
     },
     /// More is asked of the ends than α can give.
     #[error(
-        "{asked}: these are {equations} independent equations of α, which has {values} values and needs at least {needed}: give it \
+        "{asked}: these are {equations} equations, and α has {values} values where it needs at least {needed}: give it \
          more knots ({{ degree, knots, values }}), tune a longer range, or ask for less"
     )]
     TooFewValues {
         /// What is asked.
         asked: String,
-        /// Independent equations.
+        /// Equations.
         equations: usize,
         /// Values that α needs.
         needed: usize,
@@ -159,6 +159,24 @@ impl From<FineTuneError> for OperationError {
             other => Error::Invalid(other.to_string()).into(),
         }
     }
+}
+
+/// What is wrong with a range of a domain.
+fn range_fault([from, to]: [f64; 2], [start, end]: [f64; 2]) -> String {
+    if from == to {
+        return "is empty: it runs from a smaller number to a larger one".to_owned();
+    }
+    if from > to {
+        return format!(
+            "is reversed: it runs from the smaller number to the larger one, [{}, {}]",
+            Figure(to),
+            Figure(from)
+        );
+    }
+    if from < to {
+        return format!("reaches out of the domain, which is [{}, {}]", Figure(start), Figure(end));
+    }
+    "is none: give two numbers, the smaller one first".to_owned()
 }
 
 /// How a polynomial curve or surface near a rational one is had.

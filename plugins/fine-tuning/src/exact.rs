@@ -6,11 +6,13 @@ use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Report, Unkn
 use loftsman_kernel::functional::{Linearity, Position, Shapes, derivative, position, value_of, vertex};
 use loftsman_kernel::shape::{Location, Shape};
 use loftsman_kernel::solve::{Operator, Solver, Symmetric};
-use loftsman_kernel::spline::Curve;
 use loftsman_kernel::spline::algebra::Function;
+use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::text::short;
 use loftsman_kernel::{Point, Vector};
 
 use crate::alpha::extremes;
+use crate::curvature::bend;
 use crate::error::{FineTuneError, Result};
 use crate::local::Host;
 use crate::measure::{gram, mean};
@@ -121,10 +123,11 @@ impl Asked<'_> {
     }
 
     /// The equations for the ends and the points, and what else is asked with its targets as the given curve has them.
-    fn conditions(&self) -> Result<Vec<Constraint>> {
+    fn conditions(&self, alpha: &Space) -> Result<Vec<Constraint>> {
         let (a, b) = self.given.domain();
         let end = if self.given.is_periodic() { a } else { b };
         let name = if self.given.is_periodic() { "closing".to_owned() } else { format!("the end at {b}") };
+        self.check_points()?;
         let mut all = vec![position(b).on(self.part()).to(self.given.point(end)?).called(&name)];
         let through = self.through.iter().enumerate();
         all.extend(through.map(|(k, (at, to))| position(*at).to(*to).called(&format!("through[{k}]"))));
@@ -140,13 +143,62 @@ impl Asked<'_> {
             }
         }
         for constraint in self.constraints {
-            let held = self.held_beside(constraint);
-            all.push(self.as_given(&Self::alone(constraint))?);
+            let mut held = self.held_beside(constraint);
+            let part = self.host.as_ref().map(|_| self.given.domain());
+            if let Some(bend) = bend(constraint, self.asked_curve(), alpha, part, self.any_sign)? {
+                all.extend(bend.conditions);
+                held = held.filter(|_| bend.is_inside);
+            } else {
+                all.push(self.as_given(&Self::alone(constraint))?);
+            }
             if let Some(held) = held.filter(|held| !all.iter().any(|c| c.functional().same_as(held))) {
                 all.push(self.as_given(&held.keep())?);
             }
         }
         Ok(all)
+    }
+
+    /// Points that no α brings the curve to: at a place that stays, or off the plane or line that all of its tangents keep it in.
+    fn check_points(&self) -> Result<()> {
+        let curve = self.asked_curve();
+        let (a, b) = self.given.domain();
+        let (start, _) = curve.domain();
+        let size = curve.points().iter().map(|p| (p - curve.points()[0]).norm()).fold(0.0, f64::max);
+        for (k, (at, to)) in self.through.iter().enumerate() {
+            let Ok(u) = curve.space().locate(*at) else { continue };
+            let there = curve.point(u)?;
+            let refused =
+                |why: String| Err(FineTuneError::Contradiction(format!("through[{k}], at {at}: {why}")));
+            let far = (to - there).norm() > REACH * size;
+            let outside = self.host.is_some() && (u <= a || u >= b);
+            if far && outside {
+                return refused(format!(
+                    "the curve stays where it is there, for only what is between {a} and {b} is tuned: give a place inside of the range, or tune a \
+                     longer one"
+                ));
+            }
+            if far && u == start && self.host.is_none() {
+                let what = if curve.is_periodic() {
+                    "where the curve starts and ends stays"
+                } else {
+                    "the start stays"
+                };
+                return refused(format!("{what} where it is: give another place, or move the curve first"));
+            }
+            let (dimensions, off) = off_span(self.given, to);
+            if off > REACH * size {
+                let what = if dimensions < 2 {
+                    "a straight curve stays on its line"
+                } else {
+                    "a plane curve stays in its plane"
+                };
+                return refused(format!(
+                    "the point is {} off: tangents keep their directions, so that {what}; give a point of that, or bend the curve first (edit)",
+                    short(off)
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// The position that stands still beside what is asked at a place (curvature), unless it is asked for itself. The derivative, that would too in an
@@ -216,7 +268,7 @@ impl<'a> Problem<'a> {
             tuned: tuned_curve(&tuning, alpha.coefficients(), start)?,
             tuning,
             asked,
-            conditions: asked.conditions()?,
+            conditions: asked.conditions(alpha.space())?,
         })
     }
 
@@ -318,15 +370,39 @@ impl<'a> Problem<'a> {
     }
 }
 
+/// The part of a curve's size up to which what is off a line or a plane is in it.
+const REACH: f64 = 1e-9;
+
 /// Of how many dimensions a curve is: 1 for a straight one, 2 for a plane one, else 3.
 fn dimensions(curve: &Curve) -> usize {
+    axes(curve).len()
+}
+
+/// The same, and how far a point is from the line or the plane that the curve is in.
+fn off_span(curve: &Curve, to: &Point) -> (usize, f64) {
+    let axes = axes(curve);
     let first = curve.points().first().copied().unwrap_or_default();
-    let mut form = nalgebra::Matrix3::zeros();
-    for p in curve.points() {
-        let way: Vector = p - first;
-        form += way * way.transpose();
+    (axes.len(), axes.iter().fold(to - first, |rest, axis| rest - axis * axis.dot(&rest)).norm())
+}
+
+/// Perpendicular directions that a curve's control vertices lie along, from the first of them, to a part [`REACH`] of its size: each that of the vertex
+/// farthest from those before.
+fn axes(curve: &Curve) -> Vec<Vector> {
+    let first = curve.points().first().copied().unwrap_or_default();
+    let mut ways: Vec<Vector> = curve.points().iter().map(|p| p - first).collect();
+    let farthest = |ways: &[Vector]| {
+        ways.iter().fold(Vector::zeros(), |m: Vector, w| if w.norm() > m.norm() { *w } else { m })
+    };
+    let least = REACH * farthest(&ways).norm();
+    let mut axes = Vec::new();
+    while axes.len() < 3 {
+        let far = farthest(&ways);
+        if far.norm() <= least {
+            break;
+        }
+        let axis = far / far.norm();
+        ways.iter_mut().for_each(|way| *way -= axis * axis.dot(way));
+        axes.push(axis);
     }
-    let values = form.symmetric_eigenvalues();
-    let largest = values.amax();
-    values.iter().filter(|v| **v > 1e-18 * largest).count()
+    axes
 }

@@ -8,6 +8,7 @@
 //! [`FineTuneSurface`] does it for a surface, in one direction or in both ([`Scaling`]).
 
 mod alpha;
+mod curvature;
 mod curve;
 mod edges;
 mod ends;

@@ -2,7 +2,7 @@
 
 use loftsman_kernel::Point;
 use loftsman_kernel::error::Result;
-use loftsman_kernel::shape::{Derivative, Domain, Interval, Location, Shape, Stencil};
+use loftsman_kernel::shape::{Derivative, Domain, Interval, Location, Shape, Side, Sides, Stencil};
 use loftsman_kernel::spline::Space;
 use loftsman_kernel::spline::algebra::Function;
 
@@ -29,6 +29,15 @@ impl Scale {
     }
 }
 
+/// The values of the B-splines of a space, or of a derivative of them, on one side of a place.
+pub(crate) fn row(space: &Space, at: f64, derivative: usize, side: Side) -> Result<Stencil> {
+    let (span, u) = space.span_on(space.locate(at)?, side);
+    let p = space.degree();
+    let mut row = vec![0.0; p + 1];
+    space.basis_into(span, u, derivative, &mut row);
+    Ok(row.iter().enumerate().map(|(i, c)| (space.vertex(span - p + i), *c)).collect())
+}
+
 impl Shape for Scale {
     fn control_vertices(&self) -> &[Point] {
         &self.vertices
@@ -39,11 +48,11 @@ impl Shape for Scale {
     }
 
     fn stencil(&self, at: Location, derivative: Derivative) -> Result<Stencil> {
-        let u = self.space.locate(at.on_curve()?)?;
-        let (p, span) = (self.space.degree(), self.space.span(u));
-        let mut row = vec![0.0; p + 1];
-        self.space.basis_into(span, u, derivative.u, &mut row);
-        Ok(row.iter().enumerate().map(|(i, c)| (self.space.vertex(span - p + i), *c)).collect())
+        row(&self.space, at.on_curve()?, derivative.u, Side::Right)
+    }
+
+    fn stencil_on(&self, at: Location, derivative: Derivative, sides: Sides) -> Result<Stencil> {
+        row(&self.space, at.on_curve()?, derivative.u, sides.u)
     }
 
     fn domain(&self) -> Domain {

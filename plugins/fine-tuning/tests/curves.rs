@@ -494,13 +494,20 @@ fn what_cannot_be_is_refused_in_words() {
     assert!(error.contains("α is -0.2 at value 3"), "{error}");
     assert!(FineTune::new(&curve, negative).any_sign().ends(Ends::Free).solve().is_ok());
     let alpha = any_alpha(&curve, 1);
-    for (a, b) in [(3.0, 2.0), (-1.0, 2.0), (2.0, 99.0), (f64::NAN, 2.0), (2.0, 2.0)] {
+    let out = "reaches out of the domain, which is [0, 6]";
+    for (a, b, what) in [
+        (3.0, 2.0, "is reversed"),
+        (-1.0, 2.0, out),
+        (2.0, 99.0, out),
+        (f64::NAN, 2.0, "two numbers"),
+        (2.0, 2.0, "is empty"),
+    ] {
         let error = text(FineTune::new(&curve, alpha.clone()).between(a, b).solve());
-        assert!(error.contains("is not within [0, 6]"), "{error}");
+        assert!(error.contains(what), "{error}");
     }
     // Inside one span α has three values, and C² ends need seven.
     let error = text(FineTune::new(&curve, alpha.clone()).between(2.2, 2.6).solve());
-    assert!(error.contains("7 independent equations") && error.contains("3 values"), "{error}");
+    assert!(error.contains("7 equations") && error.contains("3 values"), "{error}");
     let error = text(FineTune::new(&curve, alpha.clone()).ends(Ends::Free).between(1.0, 2.0).solve());
     assert!(error.contains("torn off"), "{error}");
     let error =
@@ -596,4 +603,30 @@ fn curvatures_are_divided_by_alpha_to_1e_10() {
     }
     // And far below that: what a rounding of such curves makes.
     assert!(worst[0] < 1e-11 && worst[1] < 1e-10, "{worst:?}");
+}
+
+/// A point that no α brings the curve to is said to be that, and why: off the plane or the line of the curve, at the start, outside of the range.
+#[test]
+fn points_out_of_reach_are_said() {
+    let text = |result: Result<loftsman_fine_tuning::Tuned, FineTuneError>| result.unwrap_err().to_string();
+    let turned = |x: f64, y: f64| Point::new(0.6 * x - 0.3, y, 0.8 * x + 0.1 * y);
+    let points = (0..14).map(f64::from).map(|x| turned(x, (0.7 * x).sin())).collect();
+    let curve = Curve::new(Space::clamped_uniform(3, 14).unwrap(), points).unwrap();
+    let alpha = any_alpha(&curve, 1);
+    let tune = |at: f64, by: Vector| {
+        let tune = FineTune::new(&curve, alpha.clone());
+        text(tune.through(at, curve.point(at).unwrap() + by).solve())
+    };
+    let error = tune(4.0, Vector::new(0.4, 0.05, -0.3));
+    assert!(error.contains("stays in its plane") && error.contains("through[0], at 4"), "{error}");
+    let error = tune(0.0, Vector::new(0.3, 0.0, 0.4));
+    assert!(error.contains("the start stays"), "{error}");
+    let part = FineTune::new(&curve, alpha.clone()).between(3.0, 8.0);
+    let error = text(part.through(1.0, turned(2.0, 0.0)).solve());
+    assert!(error.contains("inside of the range"), "{error}");
+    let line = (0..9).map(f64::from).map(|x| Point::new(x, 2.0 * x, x / 3.0)).collect();
+    let line = Curve::new(Space::clamped_uniform(2, 9).unwrap(), line).unwrap();
+    let tune = FineTune::new(&line, any_alpha(&line, 2));
+    let error = text(tune.through(3.0, Point::new(3.0, 3.0, 1.0)).solve());
+    assert!(error.contains("stays on its line"), "{error}");
 }

@@ -1,5 +1,6 @@
 //! The tests of this crate, as one program.
 
+mod bends;
 mod curves;
 mod operation;
 mod ranges;

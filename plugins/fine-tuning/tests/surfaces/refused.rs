@@ -36,9 +36,17 @@ fn what_cannot_be_is_refused_in_words() {
     let error = text(FineTuneSurface::new(&surface, Scaling::u(far)).solve());
     assert!(error.contains("over u in [0, 1]"), "{error}");
     let smooth = any_net(&surface, [4, 4], [2, 2], &mut random);
-    for (a, b) in [(3.0, 2.0), (-1.0, 2.0), (2.0, 99.0), (f64::NAN, 2.0), (2.0, 2.0)] {
+    let out = "reaches out of the domain, which is [0, 4]";
+    for (a, b, what) in [
+        (3.0, 2.0, "is reversed"),
+        (-1.0, 2.0, out),
+        (2.0, 99.0, out),
+        (f64::NAN, 2.0, "two numbers"),
+        (2.0, 2.0, "is empty"),
+    ] {
         let tuning = FineTuneSurface::new(&surface, Scaling::along(U, smooth.clone())).between(V, a, b);
-        assert!(text(tuning.solve()).contains("is not within [0, 4]"));
+        let error = text(tuning.solve());
+        assert!(error.contains(what), "{error}");
     }
     let error = text(FineTuneSurface::new(&surface, Scaling::u(line.clone())).between(V, 1.0, 3.0).solve());
     assert!(error.contains("moves the sides"), "{error}");
