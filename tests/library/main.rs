@@ -13,6 +13,7 @@ mod instances;
 mod joined;
 mod losses;
 mod mutated;
+mod shapes_as_splines;
 mod solids;
 mod tables;
 mod vocabulary;

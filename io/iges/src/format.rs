@@ -31,6 +31,7 @@ impl Format for Iges {
                 layers: true,
                 hides: true,
                 colors: true,
+                splines_of_shapes: true,
                 ..Holds::NOTHING
             },
         }

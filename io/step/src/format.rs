@@ -35,6 +35,7 @@ impl Format for Step {
                 hides: true,
                 colors: true,
                 labels: true,
+                splines_of_shapes: true,
                 ..Holds::NOTHING
             },
         }

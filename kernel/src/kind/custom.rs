@@ -163,6 +163,19 @@ impl CustomShape {
         let (kind, shape) = self.known().ok()?;
         kind.splines(shape)
     }
+
+    /// Why a format that knows splines only leaves it out, where it is none exactly: `STEP has no subdivision, and this one is no splines
+    /// exactly: the operation "patches" makes some of it`.
+    pub fn without_splines(&self, format: &str) -> String {
+        let kind = match self.known() {
+            Ok((kind, _)) => kind,
+            Err(unknown) => return unknown.to_string(),
+        };
+        let made = kind.made_splines_by().map_or_else(String::new, |operation| {
+            format!(": the operation \"{operation}\" makes some of it, within a tolerance")
+        });
+        format!("{format} has no {}, and this one is no splines exactly{made}", self.kind())
+    }
 }
 
 impl PartialEq for CustomShape {

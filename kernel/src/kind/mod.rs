@@ -34,6 +34,10 @@ pub trait DeclaredShape: Shape + Sized {
     /// it stands beside them.
     const DECLARATION: Declaration;
 
+    /// The operation that makes splines of it, within a tolerance, where it is [none exactly](Self::splines): formats that know splines only
+    /// name it where they leave the shape out. `None` (the default) where there is none.
+    const MADE_SPLINES_BY: Option<&'static str> = None;
+
     /// Its fields, with every number that it needs to be made again.
     fn fields(&self) -> Parameters;
 
@@ -102,6 +106,11 @@ pub trait ShapeKind: Send + Sync {
         let _ = shape;
         None
     }
+
+    /// The operation that makes splines of a shape that is none exactly, where there is one.
+    fn made_splines_by(&self) -> Option<&'static str> {
+        None
+    }
 }
 
 impl fmt::Debug for dyn ShapeKind {
@@ -165,5 +174,9 @@ impl<S: DeclaredShape> ShapeKind for KindOf<S> {
 
     fn splines(&self, shape: &dyn Shape) -> Option<Splines> {
         own::<S>(shape).ok()?.splines()
+    }
+
+    fn made_splines_by(&self) -> Option<&'static str> {
+        S::MADE_SPLINES_BY
     }
 }

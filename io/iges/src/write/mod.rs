@@ -4,12 +4,14 @@ mod brep;
 mod form;
 mod print;
 mod shape;
+mod splines;
 mod style;
 mod trim;
 
+use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
-use loftsman_kernel::plugin::{FormatError, FormatErrorKind, Outgoing, Sink, WriteReport, Written};
+use loftsman_kernel::plugin::{FormatError, FormatErrorKind, Outgoing, Sink, Splines, WriteReport, Written};
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
 use nalgebra::Matrix4;
 
@@ -28,9 +30,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
     let scene = outgoing.converted()?;
     let (flag, unit, known) = unit(outgoing.unit);
     let scene = match (known, outgoing.unit.metres()) {
-        (false, Some(_)) => {
-            std::borrow::Cow::Owned(scene.converted(Unit::Millimetre, scene.up)?.into_owned())
-        }
+        (false, Some(_)) => Cow::Owned(scene.converted(Unit::Millimetre, scene.up)?.into_owned()),
         _ => scene,
     };
     let largest = scene.bounds().map_or(0.0, |(low, high)| low.coords.amax().max(high.coords.amax()));
@@ -403,7 +403,7 @@ impl<'s> Writer<'_, 's> {
         baked: Option<&Matrix4<f64>>,
         named: bool,
         owned: bool,
-    ) -> Result<Result<Out, &'static str>, FormatError> {
+    ) -> Result<Result<Out, Cow<'static, str>>, FormatError> {
         let moved = baked.map(|map| object.geometry().transformed(map)).transpose()?;
         let geometry = moved.as_ref().unwrap_or(object.geometry());
         check_finite(geometry)?;
@@ -414,10 +414,19 @@ impl<'s> Writer<'_, 's> {
         let look = Look { owned, ..self.styles.look(&mut self.printer, object, color) };
         let mut changes = Vec::new();
         // The first of a group that has no name is what the others hang under: several entities all have one.
+        let splines = match geometry {
+            Geometry::Custom(custom) => custom.splines(),
+            _ => None,
+        };
         let single = match geometry {
             Geometry::Brep(brep) => items_of(brep) == 1,
             Geometry::Trimmed(trimmed) => trimmed.regions().len() < 2,
             Geometry::Cloud(_) => false,
+            Geometry::Custom(_) => match &splines {
+                Some(Splines::Curves(curves)) => curves.len() < 2,
+                Some(Splines::Surfaces(surfaces)) => surfaces.len() < 2,
+                None => true,
+            },
             _ => true,
         };
         let is_cloud = matches!(geometry, Geometry::Cloud(_));
@@ -445,11 +454,11 @@ impl<'s> Writer<'_, 's> {
                     changes.extend(written.changes);
                     (written.items, "trimmed surface")
                 }
-                Err(why) => return Ok(Err(why)),
+                Err(why) => return Ok(Err(why.into())),
             },
             Geometry::Polyline(line) => {
                 if line.points.is_empty() {
-                    return Ok(Err("a polyline without points"));
+                    return Ok(Err("a polyline without points".into()));
                 }
                 let mut points = line.points.clone();
                 let closes = !line.closed && points.len() > 3 && points.first() == points.last();
@@ -465,7 +474,7 @@ impl<'s> Writer<'_, 's> {
             }
             Geometry::Cloud(cloud) => {
                 if cloud.points.is_empty() {
-                    return Ok(Err("a cloud without points"));
+                    return Ok(Err("a cloud without points".into()));
                 }
                 let part = Look { owned: true, ..look };
                 let points: Vec<u32> = cloud.points.iter().map(|point| p.point(point, part, &[])).collect();
@@ -475,7 +484,7 @@ impl<'s> Writer<'_, 's> {
             }
             Geometry::Brep(brep) => {
                 if brep.face_count() == 0 {
-                    return Ok(Err("a brep without faces"));
+                    return Ok(Err("a brep without faces".into()));
                 }
                 let (low, _) = tolerances(geometry);
                 if low < self.tolerance {
@@ -485,7 +494,13 @@ impl<'s> Writer<'_, 's> {
                 changes.extend(written.changes);
                 (written.items, if written.solid { "solid" } else { "shell" })
             }
-            _ => return Ok(Err("IGES files have no such thing")),
+            Geometry::Custom(custom) => {
+                let Some(splines) = splines else { return Ok(Err(custom.without_splines("IGES").into())) };
+                let (items, form, changed) = p.splines(&splines, look, &properties)?;
+                changes.extend(changed);
+                (items, form)
+            }
+            _ => return Ok(Err("IGES files have no such thing".into())),
         };
         Ok(Ok(Out { items, form, changes }))
     }

@@ -1,6 +1,9 @@
 //! What an object is, as items of a representation.
 
+use std::borrow::Cow;
+
 use loftsman_kernel::mesh::Mesh;
+use loftsman_kernel::plugin::Splines;
 use loftsman_kernel::scene::Geometry;
 
 use super::print::{Printer, references};
@@ -29,7 +32,7 @@ pub(crate) enum Put {
     Items(Items),
     /// Nothing of its own, as a group.
     Nothing,
-    LeftOut(&'static str),
+    LeftOut(Cow<'static, str>),
 }
 
 const WIRES: &str = "GEOMETRICALLY_BOUNDED_WIREFRAME_SHAPE_REPRESENTATION";
@@ -79,6 +82,33 @@ fn bare(p: &mut Printer, mesh: &Mesh, name: &str) -> Items {
     items
 }
 
+/// The splines that a plug-in's shape is.
+fn of_splines(p: &mut Printer, splines: &Splines, name: &str) -> loftsman_kernel::Result<Items> {
+    let (mut numbers, mut changes) = (Vec::new(), vec!["the splines that it is exactly"]);
+    let mut changed = |change: Option<&'static str>| match change {
+        Some(change) if !changes.contains(&change) => changes.push(change),
+        _ => {}
+    };
+    let mut items = match splines {
+        Splines::Curves(curves) => {
+            for curve in curves {
+                numbers.push(p.curve(curve.clamped()?.as_ref()));
+                changed(curve.change_when_clamped());
+            }
+            Items::one(p, "GEOMETRIC_CURVE_SET", name, &numbers, Carrier::Curve, "B-spline curves")
+        }
+        Splines::Surfaces(surfaces) => {
+            for surface in surfaces {
+                numbers.push(p.surface(surface.clamped()?.as_ref()));
+                changed(surface.change_when_clamped());
+            }
+            Items::one(p, "GEOMETRIC_SET", name, &numbers, Carrier::Surface, "B-spline surfaces")
+        }
+    };
+    items.changes = changes;
+    Ok(items)
+}
+
 /// Writes a geometry, in its own coordinates.
 pub(crate) fn put(p: &mut Printer, geometry: &Geometry, name: &str) -> loftsman_kernel::Result<Put> {
     let written = match geometry {
@@ -106,7 +136,7 @@ pub(crate) fn put(p: &mut Printer, geometry: &Geometry, name: &str) -> loftsman_
         Geometry::Polyline(line) => {
             let count = line.points.len();
             if count < 2 {
-                return Ok(Put::LeftOut("a polyline of fewer than two points"));
+                return Ok(Put::LeftOut("a polyline of fewer than two points".into()));
             }
             let mut points = line.points.clone();
             if line.closed {
@@ -123,7 +153,7 @@ pub(crate) fn put(p: &mut Printer, geometry: &Geometry, name: &str) -> loftsman_
         }
         Geometry::Cloud(cloud) => {
             if cloud.points.is_empty() {
-                return Ok(Put::LeftOut("a cloud without points"));
+                return Ok(Put::LeftOut("a cloud without points".into()));
             }
             let points: Vec<u64> = cloud.points.iter().map(|point| p.point(point)).collect();
             let mut items = Items::one(p, "GEOMETRIC_SET", name, &points, Carrier::Point, "points");
@@ -134,7 +164,7 @@ pub(crate) fn put(p: &mut Printer, geometry: &Geometry, name: &str) -> loftsman_
         Geometry::Trimmed(trimmed) => {
             let written = match p.trimmed(trimmed, name)? {
                 Ok(written) => written,
-                Err(why) => return Ok(Put::LeftOut(why)),
+                Err(why) => return Ok(Put::LeftOut(why.into())),
             };
             let mut items = Items::one(
                 p,
@@ -149,7 +179,7 @@ pub(crate) fn put(p: &mut Printer, geometry: &Geometry, name: &str) -> loftsman_
         }
         Geometry::Mesh(mesh) => {
             if mesh.points().is_empty() {
-                return Ok(Put::LeftOut("a mesh without points"));
+                return Ok(Put::LeftOut("a mesh without points".into()));
             }
             if mesh.face_count() == 0 {
                 return Ok(Put::Items(bare(p, mesh, name)));
@@ -169,7 +199,7 @@ pub(crate) fn put(p: &mut Printer, geometry: &Geometry, name: &str) -> loftsman_
         }
         Geometry::Brep(brep) => {
             if brep.face_count() == 0 {
-                return Ok(Put::LeftOut("a brep without faces"));
+                return Ok(Put::LeftOut("a brep without faces".into()));
             }
             let written = p.brep(brep, name)?;
             let faces = written.faces.iter().enumerate();
@@ -191,7 +221,11 @@ pub(crate) fn put(p: &mut Printer, geometry: &Geometry, name: &str) -> loftsman_
                 uncertainty: vertices.chain(edges).fold(0.0, f64::max),
             }
         }
-        _ => return Ok(Put::LeftOut("STEP files that are written here have no such thing")),
+        Geometry::Custom(custom) => match custom.splines() {
+            Some(splines) => of_splines(p, &splines, name)?,
+            None => return Ok(Put::LeftOut(custom.without_splines("STEP").into())),
+        },
+        _ => return Ok(Put::LeftOut("STEP files that are written here have no such thing".into())),
     };
     Ok(Put::Items(written))
 }

@@ -12,6 +12,7 @@ mod style;
 mod swept;
 mod trimmed;
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 use loftsman_kernel::brep::Frame;
@@ -271,7 +272,7 @@ impl<'s> Writer<'_, 's> {
                     out.form.clone_into(&mut told.form);
                     out.changes.iter().for_each(|change| told.change(change));
                 }
-                Err(why) => told.leave_out(*why),
+                Err(why) => told.leave_out(why.clone()),
             }
         }
         Ok(out.ok().map(|out| out.product).or_else(|| {
@@ -287,7 +288,7 @@ impl<'s> Writer<'_, 's> {
         baked: Option<&Matrix4<f64>>,
         under: &[Component<'_>],
         [name, label, about]: [&str; 3],
-    ) -> Result<Result<Out, &'static str>, FormatError> {
+    ) -> Result<Result<Out, Cow<'static, str>>, FormatError> {
         let moved = baked.map(|map| object.geometry().transformed(map)).transpose()?;
         let geometry = moved.as_ref().unwrap_or(object.geometry());
         check_finite(geometry).map_err(|error| error.of(object.name()))?;

@@ -125,6 +125,8 @@ pub struct Holds {
     pub tessellated: &'static [&'static str],
     /// The kinds that go along exactly beside that, or alone, for Loftsman to read: other programs see nothing of them.
     pub carried: &'static [&'static str],
+    /// Whether shapes of plug-ins that are splines exactly go out as these.
+    pub splines_of_shapes: bool,
     /// What meshes keep.
     pub meshes: &'static [MeshPart],
     /// Whether curves keep their knots; else they go out in Bézier form.
@@ -169,6 +171,7 @@ impl Holds {
         exact: &[],
         tessellated: &[],
         carried: &[],
+        splines_of_shapes: false,
         meshes: &[],
         knots: false,
         unclamped: false,

@@ -183,6 +183,7 @@ impl Holds {
                 (true, true) => "becomes segments or triangles; the exact one goes along for Loftsman",
                 (false, true) => "goes along for Loftsman: other programs see nothing of it",
                 _ if matches!(geometry, Geometry::Instance(_)) => "is written object by object",
+                _ if self.splines_of_shapes && is_splines(geometry) => "goes out as the splines that it is",
                 _ if matches!(geometry, Geometry::Custom(_)) => {
                     "is left out: make splines or triangles of it first (operations patches and tessellate)"
                 }
@@ -292,4 +293,9 @@ fn is_bezier(space: &Space) -> bool {
     !space.is_periodic()
         && space.is_clamped()
         && inner.iter().all(|&u| space.multiplicity(u) >= space.degree())
+}
+
+/// Whether it is a shape of a plug-in that is splines exactly.
+fn is_splines(geometry: &Geometry) -> bool {
+    matches!(geometry, Geometry::Custom(custom) if custom.splines().is_some())
 }

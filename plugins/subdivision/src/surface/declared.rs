@@ -58,6 +58,8 @@ impl DeclaredShape for SubdivisionSurface {
         ],
     };
 
+    const MADE_SPLINES_BY: Option<&'static str> = Some("patches");
+
     fn fields(&self) -> Parameters {
         let (cage, topology) = (&self.cage, self.cage.topology());
 

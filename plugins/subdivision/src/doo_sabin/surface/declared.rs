@@ -43,6 +43,8 @@ impl DeclaredShape for DooSabinSurface {
         ],
     };
 
+    const MADE_SPLINES_BY: Option<&'static str> = Some("patches");
+
     fn fields(&self) -> Parameters {
         let (cage, topology) = (&self.cage, self.cage.topology());
         let faces: Vec<Value> = (0..topology.face_count()).map(|f| topology.face(f).into()).collect();
