@@ -193,7 +193,7 @@ fn alpha_of(
         };
         let pair = if all.len() == 2 { all.get(..2) } else { all.get(2 * k..2 * k + 2) };
         match (all.len(), pair) {
-            (2 | 4, Some(&[own, across])) if across == 0.0 => Ok(own),
+            (2 | 4, Some(&[own, 0.0])) => Ok(own),
             (2 | 4, _) => Err(refused(
                 "fine tuning leaves the plane in which a curve turns as it is: ask for one number, the curvature in that plane",
             )),
