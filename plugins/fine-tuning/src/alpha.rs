@@ -10,6 +10,9 @@ use loftsman_kernel::{Point, Vector};
 
 use crate::error::{FineTuneError, Result};
 
+/// The largest α that ends are kept with: they are kept to rounding of the curve that α gives without them.
+pub(crate) const MOST: f64 = 1e9;
+
 /// The derivative of a polynomial curve as a spline function; of a closed one with corners opened at its seam. `O(n)`.
 ///
 /// # Errors

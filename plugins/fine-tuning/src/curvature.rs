@@ -10,8 +10,8 @@ use loftsman_kernel::shape::{Derivative, Location, Shape, Side, Stencil};
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
+use crate::alpha::MOST;
 use crate::error::{FineTuneError, Result};
-use crate::exact::MOST;
 
 /// A curve whose curvature is less than so many times what rounding makes of it is straight, as the kernel's functional has it.
 const STRAIGHT: f64 = 1e4;

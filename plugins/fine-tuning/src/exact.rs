@@ -11,7 +11,7 @@ use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::text::short;
 use loftsman_kernel::{Point, Vector};
 
-use crate::alpha::extremes;
+use crate::alpha::{MOST, extremes};
 use crate::curvature::bend;
 use crate::error::{FineTuneError, Result};
 use crate::local::Host;
@@ -21,9 +21,6 @@ use crate::scale::Scale;
 
 /// α's values stay at least this part of the smallest value that was asked (or of 1), where they would not be positive.
 pub(crate) const LEAST: f64 = 1e-3;
-
-/// The largest α that ends are kept with: they are kept to rounding of the curve that α gives without them.
-pub(crate) const MOST: f64 = 1e9;
 
 /// What α has to make true.
 pub(crate) struct Asked<'a> {
