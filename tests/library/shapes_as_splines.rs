@@ -49,7 +49,7 @@ fn what_is_regular_goes_out_as_its_splines() {
         let Some(Splines::Surfaces(own)) = shape.splines() else { panic!("it is all splines") };
         let scene = scene(shape);
         for name in ["step", "iges"] {
-            let format = registry.format(name).unwrap();
+            let format = registry.formats().iter().find(|format| format.declaration().name == name).unwrap();
             let mut file = Memory::new(format!("t.{name}"), "");
             let told = format.losses(&scene, &WriteOptions::default()).unwrap();
             assert!(told.iter().any(|line| line.contains("goes out as the splines that it is")), "{told:?}");
@@ -99,7 +99,7 @@ fn what_is_none_says_who_makes_some() {
         let kind = shape.kind().to_owned();
         let scene = scene(shape);
         for (name, word) in [("step", "STEP"), ("iges", "IGES")] {
-            let format = registry.format(name).unwrap();
+            let format = registry.formats().iter().find(|format| format.declaration().name == name).unwrap();
             let report = format.write(&scene, &mut Memory::new("t", ""), &WriteOptions::default()).unwrap();
             assert_eq!(report.objects[0].fate, Fate::LeftOut);
             assert_eq!(

@@ -1,6 +1,6 @@
 //! Normals along creases that never end: each side has its own.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
 
 use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::plugin::{DeclaredShape, Drawn, Fineness};

@@ -5,7 +5,6 @@
 use crate::certified::{nearest, pieces, places, point};
 use crate::shapes::quadratic_torus;
 use loftsman_area_volume::{surface_area, surface_area_of, volume_of};
-use loftsman_kernel::Point;
 use loftsman_kernel::edit::{Ask, Edit};
 use loftsman_kernel::functional::{Functional, Shapes, position};
 use loftsman_kernel::shape::{Location, Shape};

@@ -40,7 +40,8 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
     outgoing.scene().check_hierarchy()?;
     let scene = outgoing.converted()?;
     let name = sink.name().to_owned();
-    let mut printer = Printer { millimetres: outgoing.unit == Unit::Millimetre, ..Printer::default() };
+    let mut printer = Printer::default();
+    printer.millimetres = outgoing.unit == Unit::Millimetre;
     printer.out.extend_from_slice(header(&name).as_bytes());
     let common = Common::new(&mut printer, outgoing.unit);
     let mut writer = Writer {
