@@ -401,3 +401,56 @@ fn without_noise_an_automatic_energy_goes_away() {
     assert!(fitted.report().largest < 1e-8 && fitted.report().converged, "{}", fitted.report());
     assert!(fitted.report().fair.unwrap() < 1e-12);
 }
+
+/// A cage whose limit the points are exactly is found, though a large weight to begin with leads elsewhere.
+#[test]
+fn points_that_can_be_met_are_met() {
+    let start: [[f64; 3]; 10] = [
+        [1.097238, -0.018220, -0.034565],
+        [0.698351, 0.985106, 0.323997],
+        [-0.078724, 0.861063, 0.403883],
+        [-0.854068, 0.621096, 0.005487],
+        [-0.927513, 0.154355, 0.058647],
+        [-0.837964, -0.631149, 0.037488],
+        [0.281538, -1.002250, -0.200546],
+        [0.550354, -0.489584, -0.081020],
+        [-0.315670, -0.087105, 1.000002],
+        [0.178325, -0.152170, -0.899998],
+    ];
+    let known: [[f64; 3]; 10] = [
+        [1.137003, -0.053189, -0.043944],
+        [0.786824, 1.071130, 0.366773],
+        [-0.062127, 0.917979, 0.396849],
+        [-0.858823, 0.578078, 0.005765],
+        [-0.931614, 0.293037, 0.049004],
+        [-0.774423, -0.565125, 0.028164],
+        [0.340008, -1.111091, -0.195800],
+        [0.593217, -0.609477, -0.138978],
+        [-0.262866, -0.099955, 0.945092],
+        [0.159645, -0.179300, -0.863775],
+    ];
+    let faces: [[usize; 3]; 14] = [
+        [0, 1, 8],
+        [1, 2, 8],
+        [2, 3, 8],
+        [3, 4, 8],
+        [4, 5, 8],
+        [5, 6, 8],
+        [7, 0, 8],
+        [1, 0, 9],
+        [2, 1, 9],
+        [3, 2, 9],
+        [4, 3, 9],
+        [6, 5, 9],
+        [7, 6, 9],
+        [0, 7, 9],
+    ];
+    let shape = |points: &[[f64; 3]]| {
+        let cage = Cage::new(points.iter().map(|p| Point::from(Vector::from(*p))).collect(), &faces).unwrap();
+        SubdivisionSurface::new(cage).unwrap()
+    };
+    let points = of_faces(&shape(&known), 4);
+    let fitted = CloudFit::new(&shape(&start)).fair(DerivativeEnergy(2)).to(&points).unwrap();
+    println!("{}", fitted.report());
+    assert!(fitted.report().largest < 1e-8 && fitted.report().converged, "{}", fitted.report());
+}

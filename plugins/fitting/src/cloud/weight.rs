@@ -57,7 +57,7 @@ pub(super) fn weighed<S: Shape + Clone>(run: &mut Run<'_, S>, squares: Squares) 
     let least = (ROUNDING * size).powi(2);
     let (mut steps, mut last) = (0, None::<(f64, Descended<S>)>);
     let (mut trend, mut refused) = (None::<[f64; 2]>, None);
-    let mut round = 0;
+    let (mut round, mut afresh) = (0, false);
     loop {
         round += 1;
         run.energies[at].0 = weight;
@@ -102,6 +102,26 @@ pub(super) fn weighed<S: Shape + Clone>(run: &mut Run<'_, S>, squares: Squares) 
         let converged = found.report.converged;
         way *= slope.map_or(1.0, |slope| (-1.0 / slope).clamp(TREND.0, TREND.1));
         if converged && way.abs() <= SETTLED {
+            // A weight that began too large may have led where no smaller one leads back from: not where what was given leads.
+            if !std::mem::replace(&mut afresh, true) {
+                let left = run.asked.iterations - steps;
+                let mut other = match run.descended(None, left.min(EACH)) {
+                    // Where vertices are open on that way, there is no other.
+                    Err(FitError::Undetermined { .. }) => return handed_out(run, at, weight, found),
+                    other => other?,
+                };
+                steps += other.report.iterations;
+                let value = |found: &Descended<S>| {
+                    let (squares, energy) = run.value(&found.state);
+                    squares + energy
+                };
+                if value(&other) < (1.0 - SETTLED) * value(&found) {
+                    (other.report.iterations, other.report.before) = (steps, before.sqrt());
+                    (last, trend) = (Some((weight, other)), None);
+                    continue;
+                }
+                found.report.iterations = steps;
+            }
             return handed_out(run, at, weight, found);
         }
         trend = converged.then_some(here);
