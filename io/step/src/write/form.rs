@@ -87,8 +87,8 @@ impl Printer {
     }
 
     /// A curve along a vector or about an axis: a rectangle of what it sweeps. Profiles are what they are without ends, which the rectangle has; of
-    /// parabolas, whose parameters are others in OpenCASCADE, the spline is left, and so it is of extruded conics and turned lines where the unit is not
-    /// the millimetre.
+    /// parabolas, whose parameters are others in OpenCASCADE, the spline is left, and so it is of what is extruded and of turned lines where the unit is
+    /// not the millimetre.
     fn swept_piece(&mut self, surface: &Surface, piece: &SurfacePiece) -> Option<u64> {
         let profile = piece.profile(surface).ok()??;
         let of = profile.form().map(|piece| piece.form);
@@ -97,7 +97,7 @@ impl Printer {
         }
         // In other units OpenCASCADE takes the lengths of rectangles of these for millimetres.
         let is_length = match piece.form {
-            SurfaceForm::Extrusion { .. } => of.is_some(),
+            SurfaceForm::Extrusion { .. } => true,
             _ => matches!(of, Some(CurveForm::Line)),
         };
         if is_length && !self.millimetres {
