@@ -10,6 +10,7 @@ use loftsman_kernel::solve::Solver;
 use loftsman_kernel::{Point, Vector};
 
 use super::foot::{Foot, feet};
+use super::merged::merged;
 use super::model::{Model, value};
 use super::patches::Patches;
 use super::step::{Held, Metric};
@@ -25,7 +26,7 @@ const FACTOR: f64 = 10.0;
 const POOR: f64 = 0.25;
 const GOOD: f64 = 0.5;
 /// A step that promises this part of what is there, and no more, is the last.
-const GAIN: f64 = 1e-10;
+pub(super) const GAIN: f64 = 1e-10;
 /// What rounding takes from distances, of the size of all numbers.
 pub(super) const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
@@ -40,6 +41,10 @@ pub(super) struct State<S> {
 pub(super) struct Descended<S> {
     pub(super) state: State<S>,
     pub(super) report: CloudReport,
+    /// Whether steps ended because they no longer promised enough.
+    pub(super) settled: bool,
+    /// How much feet were held back in the end.
+    tau: f64,
     multipliers: Vec<f64>,
 }
 
@@ -51,11 +56,11 @@ pub(super) fn fit<S: Shape + Clone>(
 ) -> Result<CloudFitted<S>> {
     let shares = checked(asked, points)?;
     let mut run = Run::new(asked, points, &shares, solver, observer)?;
-    let Some(fair) = asked.fair else { return run.fit(None, asked.iterations) };
+    let Some(fair) = asked.fair else { return run.fit(asked.iterations) };
     let shape = asked.shape.as_shape();
-    let Some(squares) = fair.squares(shape, run.origin)? else { return run.fit(None, asked.iterations) };
+    let Some(squares) = fair.squares(shape, run.origin)? else { return run.fit(asked.iterations) };
     squares.check(shape.control_vertices().len())?;
-    weighed(&mut run, squares)
+    weighed(&mut run, merged(squares, shape.control_vertices().len()))
 }
 
 pub(super) struct Run<'a, S> {
@@ -98,7 +103,7 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
                 ))
             })?;
             squares.check(vertices.len())?;
-            energies.push((*weight, squares));
+            energies.push((*weight, merged(squares, vertices.len())));
         }
         let patches = Patches::new(shape)?;
         let problem = asked.edit().problem()?;
@@ -136,20 +141,25 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
         diagonal(self.points).max(diagonal(self.asked.shape.control_vertices()))
     }
 
-    /// From the shape as it is, or from another one on the way, in so many steps at most.
-    pub(super) fn fit(&self, from: Option<S>, most: usize) -> Result<CloudFitted<S>> {
-        let descended = self.descended(from, most)?;
+    /// From the shape as it is, in so many steps at most.
+    pub(super) fn fit(&self, most: usize) -> Result<CloudFitted<S>> {
+        let descended = self.descended(None, most, GAIN)?;
         self.hand_out(descended)
     }
 
-    /// The same, not yet measured.
-    pub(super) fn descended(&self, from: Option<S>, most: usize) -> Result<Descended<S>> {
+    /// The same, or from where steps came to before, not yet measured; a step that promises no more than the part `enough` of what is there is the last.
+    pub(super) fn descended(
+        &self,
+        from: Option<&Descended<S>>,
+        most: usize,
+        enough: f64,
+    ) -> Result<Descended<S>> {
         let size = self.size();
         let mut report = CloudReport::default();
         let mut state = match from {
-            Some(shape) => self.state(shape)?,
+            Some(before) => self.state(before.state.shape.clone(), Some(&before.state))?,
             None => {
-                let before = self.state(self.asked.shape.clone())?;
+                let before = self.state(self.asked.shape.clone(), None)?;
                 report.before = self.value(&before).0.sqrt();
                 let mut start = self.asked.shape.clone();
                 let vertices = start.control_vertices_mut();
@@ -159,12 +169,12 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
                     }
                 }
                 let moved = start.control_vertices() != before.shape.control_vertices();
-                if moved { self.state(start)? } else { before }
+                if moved { self.state(start, None)? } else { before }
             }
         };
-        let mut tau = FIRST;
-        let mut multipliers = Vec::new();
-        while !self.held.free.is_empty() && report.iterations < most && !report.converged {
+        let mut tau = from.map_or(FIRST, |before| before.tau);
+        let (mut multipliers, mut settled) = (Vec::new(), self.held.free.is_empty());
+        while report.iterations < most && !settled {
             self.observer
                 .proceed("fit", report.iterations as u64, most as u64)
                 .map_err(|_| FitError::Cancelled)?;
@@ -181,7 +191,7 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
                     (0..model.rows.len()).map(|k| model.rows.sum(k, &way).norm()).fold(0.0, f64::max);
                 // What the model promises: dᵀHd = -gᵀd where it is least.
                 let gain = -gradient.iter().zip(&way).map(|(g, d)| g.dot(d)).sum::<f64>();
-                let next = self.state(self.moved(&state.shape, &way, &mut metric)?)?;
+                let next = self.state(self.moved(&state.shape, &way, &mut metric)?, Some(&state))?;
                 let (then, after) = self.value(&next);
                 // Of sums, as below: what one rounds to a gain and the other to none would be tried again for ever.
                 let (kept, held) = ((squares + energy - (then + after)) / gain, tau);
@@ -200,16 +210,17 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
             report.iterations += 1;
             report.change = change;
             // Where not even held feet bring it nearer, what is left is rounding.
-            let settled = gain <= GAIN * (squares + energy);
-            report.converged = next.is_none() || settled || change <= self.asked.tolerance * size;
+            let promises = |part: f64| gain > part * (squares + energy);
+            report.converged = next.is_none() || !promises(GAIN) || change <= self.asked.tolerance * size;
+            settled = report.converged || !promises(enough);
             state = next.unwrap_or(state);
         }
         report.converged |= self.held.free.is_empty();
-        Ok(Descended { state, report, multipliers })
+        Ok(Descended { state, report, settled, tau, multipliers })
     }
 
-    /// A shape with its feet.
-    pub(super) fn state(&self, shape: S) -> Result<State<S>> {
+    /// A shape with its feet, looked for from those of a state before where there is one.
+    pub(super) fn state(&self, shape: S, before: Option<&State<S>>) -> Result<State<S>> {
         if let Some(vertex) = shape
             .control_vertices()
             .iter()
@@ -221,8 +232,9 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
             )));
         }
         let cancelled = || self.observer.cancelled();
-        let (feet, order) =
-            feet(shape.as_shape(), &self.patches, self.points, &cancelled)?.ok_or(FitError::Cancelled)?;
+        let known = before.map(|before| (before.feet.as_slice(), before.order.as_slice()));
+        let found = feet(shape.as_shape(), &self.patches, self.points, known, &cancelled)?;
+        let (feet, order) = found.ok_or(FitError::Cancelled)?;
         Ok(State { shape, feet, order })
     }
 
@@ -263,7 +275,9 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
 
     /// What was found, measured.
     pub(super) fn hand_out(&self, descended: Descended<S>) -> Result<CloudFitted<S>> {
-        let Descended { state, mut report, multipliers } = descended;
+        let Descended { state, mut report, multipliers, .. } = descended;
+        // What is handed out is measured afresh.
+        let state = self.state(state.shape, None)?;
         let shapes = self.among(&state.shape);
         let assembly = self.nearest.assembly();
         self.problem.verify(assembly, &shapes, self.solver.name())?;

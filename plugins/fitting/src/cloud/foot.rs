@@ -21,6 +21,9 @@ const LAST: f64 = 1e-6;
 pub(super) struct Foot {
     /// Where it is.
     pub(super) at: Location,
+    /// A piece of the same room, and the parameters.
+    piece: usize,
+    place: [f64; 2],
     /// The shape's point there less the given one.
     pub(super) away: Vector,
     pub(super) distance: f64,
@@ -32,18 +35,27 @@ pub(super) struct Foot {
 /// The feet of points on a shape as it is, in the order of the points, and the order in which they are side by side on the shape.
 ///
 /// Every point is looked for on all pieces of the shape that can hold something nearer than what is known, by Newton's method in the
-/// parameters of a face, shortened until it comes nearer, along edges and into corners where a face ends.
+/// parameters of a face, shortened until it comes nearer, along edges and into corners where a face ends. Where feet are `known` of the
+/// shape before it moved, a search begins at these: mostly one step is enough then, and few pieces can hold anything nearer.
 pub(super) fn feet(
     shape: &dyn Shape,
     patches: &Patches,
     points: &[Point],
+    known: Option<(&[Foot], &[u32])>,
     cancelled: &dyn Fn() -> bool,
 ) -> Result<Option<(Vec<Foot>, Vec<u32>)>> {
     let tree = Tree::new(patches, patches.points(shape.control_vertices()));
-    let near = parallel::map(points.len(), |k| tree.nearest(&points[k].coords));
-    let mut starts: Vec<(u32, Near)> = (0..).zip(near).filter_map(|(k, near)| Some((k, near?))).collect();
-    // Neighbours on the shape one after another: rows there cost less.
-    starts.sort_by_key(|(k, near)| (near.piece, *k));
+    let starts: Vec<(u32, Start)> = match known {
+        Some((feet, order)) => order.iter().map(|&k| (k, Start::of(&feet[k as usize]))).collect(),
+        None => {
+            let near = parallel::map(points.len(), |k| tree.nearest(&points[k].coords));
+            let of = |(k, near): (u32, Option<Near>)| Some((k, Start::at(patches, &near?)));
+            let mut starts: Vec<(u32, Start)> = (0..).zip(near).filter_map(of).collect();
+            // Neighbours on the shape one after another: rows there cost less.
+            starts.sort_by_key(|(k, start)| (start.piece, *k));
+            starts
+        }
+    };
     let mut all: Vec<Option<Foot>> = vec![None; points.len()];
     let mut order = Vec::with_capacity(points.len());
     for some in starts.chunks(TOGETHER * EACH) {
@@ -52,8 +64,9 @@ pub(super) fn feet(
         }
         let runs: Vec<_> = some.chunks(EACH).collect();
         let found = parallel::map(runs.len(), |run| {
-            let foot =
-                |(k, near): &(u32, Near)| nearest(shape, patches, &tree, near, &points[*k as usize].coords);
+            let foot = |(k, start): &(u32, Start)| {
+                nearest(shape, patches, &tree, start, &points[*k as usize].coords)
+            };
             runs[run].iter().map(foot).collect::<Result<Vec<Foot>>>()
         });
         for (run, feet) in runs.into_iter().zip(found) {
@@ -66,19 +79,41 @@ pub(super) fn feet(
     Ok(all.into_iter().collect::<Option<Vec<Foot>>>().map(|feet| (feet, order)))
 }
 
-/// The foot of a point: the nearest of those that searches from all pieces near enough end at, the nearest piece first.
+/// Where a search begins.
+#[derive(Debug, Clone, Copy)]
+struct Start {
+    piece: usize,
+    place: [f64; 2],
+}
+
+impl Start {
+    fn of(foot: &Foot) -> Self {
+        Self { piece: foot.piece, place: foot.place }
+    }
+
+    fn at(patches: &Patches, near: &Near) -> Self {
+        let place = patches.room(near.piece).hold(patches.pieces()[near.piece].place(near.shares));
+        Self { piece: near.piece, place }
+    }
+}
+
+/// The foot of a point: the nearest of those that searches from all pieces near enough end at, the one that is known first. What begins within half
+/// a piece of a foot would end there, too: pieces are taken for so small that they hold one.
 fn nearest(
     shape: &dyn Shape,
     patches: &Patches,
     tree: &Tree<'_>,
-    near: &Near,
+    start: &Start,
     point: &Vector,
 ) -> Result<Foot> {
-    let mut best = descend(shape, patches, near, point)?;
+    let mut best = descend(shape, patches, start, point)?;
     let mut failed = None;
     tree.nearer(point, best.distance * (1.0 - 1e-9), &mut |other| {
-        if other.piece != near.piece {
-            match descend(shape, patches, &other, point) {
+        let start = Start::at(patches, &other);
+        let leads_there = patches.alike(best.piece, start.piece)
+            && (0..2).all(|k| (start.place[k] - best.place[k]).abs() <= 0.5 * patches.size(best.piece)[k]);
+        if !leads_there {
+            match descend(shape, patches, &start, point) {
                 Ok(foot) if foot.distance < best.distance => best = foot,
                 Ok(_) => {}
                 Err(error) => failed = Some(error),
@@ -158,9 +193,9 @@ impl Jet {
 }
 
 /// From a place on a piece downhill to a foot. No step goes farther from the point.
-fn descend(shape: &dyn Shape, patches: &Patches, near: &Near, point: &Vector) -> Result<Foot> {
-    let room = patches.room(near.piece);
-    let mut place = room.hold(patches.pieces()[near.piece].place(near.shares));
+fn descend(shape: &dyn Shape, patches: &Patches, start: &Start, point: &Vector) -> Result<Foot> {
+    let room = patches.room(start.piece);
+    let mut place = start.place;
     let mut away = shape.value(room.at(place), Derivative::POSITION)? - point;
     let mut jet = Jet::new(shape, room.at(place), patches.is_curve())?;
     for _ in 0..STEPS {
@@ -185,13 +220,14 @@ fn descend(shape: &dyn Shape, patches: &Patches, near: &Near, point: &Vector) ->
         }
         let Some((next, then, last)) = moved else { break };
         (place, away) = (next, then);
-        jet = Jet::new(shape, room.at(place), patches.is_curve())?;
+        // Over the last step derivatives change no more than it is long: those from before it serve.
         if last {
             break;
         }
+        jet = Jet::new(shape, room.at(place), patches.is_curve())?;
     }
     let free = free(&room, place, &jet, &away);
-    Ok(Foot { at: room.at(place), distance: away.norm(), away, jet, free })
+    Ok(Foot { at: room.at(place), piece: start.piece, place, distance: away.norm(), away, jet, free })
 }
 
 /// The parameters that the foot can still go along: all but those at whose end it would go on.

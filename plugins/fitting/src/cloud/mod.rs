@@ -2,6 +2,7 @@
 
 mod descent;
 mod foot;
+mod merged;
 mod model;
 pub(crate) mod operation;
 mod patches;

@@ -97,6 +97,18 @@ impl Patches {
         self.curve
     }
 
+    /// Whether pieces are of one room: a face, or the whole shape.
+    pub(super) fn alike(&self, a: usize, b: usize) -> bool {
+        let face = |piece: usize| self.patches[self.pieces[piece].patch as usize].face;
+        face(a) == face(b)
+    }
+
+    /// How long a piece is in either direction.
+    pub(super) fn size(&self, piece: usize) -> [f64; 2] {
+        let Piece { start, end, .. } = self.pieces[piece];
+        std::array::from_fn(|k| end[k] - start[k])
+    }
+
     /// The points of all pieces, of a shape with these control vertices.
     pub(super) fn points(&self, vertices: &[Point]) -> Vec<Vector> {
         (0..self.rows.len()).map(|k| self.rows.apply(k, vertices)).collect()

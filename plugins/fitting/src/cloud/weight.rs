@@ -5,7 +5,7 @@ use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::Symmetric;
 
 use super::CloudFitted;
-use super::descent::{Descended, ROUNDING, Run, State};
+use super::descent::{Descended, GAIN, ROUNDING, Run, State};
 use super::step::{Metric, nullity};
 use crate::error::{FitError, Result};
 
@@ -13,6 +13,9 @@ use crate::error::{FitError, Result};
 const ROUNDS: usize = 16;
 const EACH: usize = 8;
 const SETTLED: f64 = 0.1;
+/// While the weight is on its way, a step that promises this part of what is there, and no more, is the last with one: noise and energy are
+/// known better by then than the weight.
+const ROUGH: f64 = 1e-3;
 /// An energy that comes to this part of the noise is at its end: a shape without any of it would have no more than twice this part
 /// more noise.
 const STRAIGHT: f64 = 1e-4;
@@ -41,7 +44,7 @@ const LEFT: f64 = 1e-6;
 /// ([`STRAIGHT`]).
 pub(super) fn weighed<S: Shape + Clone>(run: &mut Run<'_, S>, squares: Squares) -> Result<CloudFitted<S>> {
     let size = run.size();
-    let first = run.state(run.asked.shape.clone())?;
+    let first = run.state(run.asked.shape.clone(), None)?;
     let before = run.value(&first).0;
     let unseen = nullity(&matrix(&squares, &run.held.free, first.shape.control_vertices().len()));
     let trace = squares.trace();
@@ -57,22 +60,28 @@ pub(super) fn weighed<S: Shape + Clone>(run: &mut Run<'_, S>, squares: Squares) 
     let least = (ROUNDING * size).powi(2);
     let (mut steps, mut last) = (0, None::<(f64, Descended<S>)>);
     let (mut trend, mut refused) = (None::<[f64; 2]>, None);
-    let (mut round, mut afresh) = (0, false);
+    // Until the weight is where it stays, nothing more is settled than it depends on.
+    let (mut round, mut afresh, mut enough) = (0, false, ROUGH);
     loop {
         round += 1;
         run.energies[at].0 = weight;
         let left = run.asked.iterations.saturating_sub(steps);
-        let from = last.as_ref().map(|(_, found)| found.state.shape.clone());
-        let mut found = match run.descended(from, if round < ROUNDS { left.min(EACH) } else { left }) {
+        let from = last.as_ref().map(|(_, found)| found);
+        let (most, end) = if round < ROUNDS { (left.min(EACH), enough) } else { (left, GAIN) };
+        let mut found = match run.descended(from, most, end) {
             // Too much of it, or too little.
             Err(error @ FitError::Undetermined { .. }) => {
-                let enough = last.as_ref().map(|(good, _)| *good);
-                let next = enough.map_or(LESS * weight, |good| (good * weight).sqrt());
-                let near = enough.is_some_and(|good| (next / good).ln().abs() <= SETTLED);
+                let good = last.as_ref().map(|(good, _)| *good);
+                let next = good.map_or(LESS * weight, |good| (good * weight).sqrt());
+                let near = good.is_some_and(|good| (next / good).ln().abs() <= SETTLED);
                 let first = refused.get_or_insert(error).clone();
                 if round >= ROUNDS || near || (next * trace).max(0.0) <= LEAST {
                     let Some((good, found)) = last else { return Err(first) };
-                    return handed_out(run, at, good, found);
+                    run.energies[at].0 = good;
+                    let mut settled = run.descended(Some(&found), left, GAIN)?;
+                    settled.report.iterations += steps;
+                    settled.report.before = before.sqrt();
+                    return handed_out(run, at, good, settled);
                 }
                 (weight, trend) = (next, None);
                 continue;
@@ -99,13 +108,17 @@ pub(super) fn weighed<S: Shape + Clone>(run: &mut Run<'_, S>, squares: Squares) 
         // A fixed point is come to slowly where the right side nearly follows the weight: a secant of the logarithms.
         let here = [weight.ln(), way];
         let slope = trend.map(|[x, y]| (here[1] - y) / (here[0] - x)).filter(|slope| *slope < 0.0);
-        let converged = found.report.converged;
+        let settled = found.settled;
         way *= slope.map_or(1.0, |slope| (-1.0 / slope).clamp(TREND.0, TREND.1));
-        if converged && way.abs() <= SETTLED {
+        if settled && way.abs() <= SETTLED {
+            if enough > GAIN {
+                (enough, last) = (GAIN, Some((weight, found)));
+                continue;
+            }
             // A weight that began too large may have led where no smaller one leads back from: not where what was given leads.
             if !std::mem::replace(&mut afresh, true) {
                 let left = run.asked.iterations - steps;
-                let mut other = match run.descended(None, left.min(EACH)) {
+                let mut other = match run.descended(None, left.min(EACH), ROUGH) {
                     // Where vertices are open on that way, there is no other.
                     Err(FitError::Undetermined { .. }) => return handed_out(run, at, weight, found),
                     other => other?,
@@ -124,7 +137,7 @@ pub(super) fn weighed<S: Shape + Clone>(run: &mut Run<'_, S>, squares: Squares) 
             }
             return handed_out(run, at, weight, found);
         }
-        trend = converged.then_some(here);
+        trend = settled.then_some(here);
         last = Some((weight, found));
         if way.abs() > SETTLED {
             weight = (weight * way.exp()).min(stiffest);
