@@ -200,7 +200,8 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
                 } else if kept > GOOD {
                     tau = f64::max(LEAST, tau / FACTOR);
                 }
-                if then + after < squares + energy {
+                // Feet that are looked for again may come nearer by rounding alone.
+                if gain > 0.0 && then + after < squares + energy {
                     break (Some(next), change, gain);
                 }
                 if held >= 1.0 || gain > 0.0 && change <= ROUNDING * size {
