@@ -34,12 +34,6 @@ pub trait Energy: Debug + Send + Sync {
         Ok(None)
     }
 
-    /// What is to be said of it on this shape, in whole sentences: where it is not all that its name says. By default nothing.
-    fn notes(&self, shape: &dyn Shape) -> Vec<String> {
-        let _ = shape;
-        Vec::new()
-    }
-
     /// `W` over the control vertices `moving` (ascending), the others staying where they are: one row and column for each,
     /// positive definite. By default `AᵀA` of the [squares](Self::squares).
     ///

@@ -3,7 +3,7 @@
 use loftsman_kernel::Point;
 use loftsman_kernel::energy::{Energy, Squares};
 use loftsman_kernel::error::{Error, Result};
-use loftsman_kernel::shape::{Cells, Derivative, Shape};
+use loftsman_kernel::shape::{Derivative, Shape};
 
 use crate::energy::{EnergySum, Term};
 use crate::integrals::Integrals;
@@ -14,19 +14,6 @@ use crate::integrals::Integrals;
 impl Energy for EnergySum {
     fn describe(&self) -> String {
         self.to_string()
-    }
-
-    fn notes(&self, shape: &dyn Shape) -> Vec<String> {
-        let is_third = |(weight, term): &(f64, Term)| *weight > 0.0 && matches!(term, Term::Derivative(3..));
-        let charted = |cells: &dyn Cells| cells.iter().any(|cell| cells.chart(cell.at([0.5; 2])).is_some());
-        match shape.cells() {
-            Some(cells) if self.terms.iter().any(is_third) && charted(cells) => vec![
-                "the variation of bending is infinite at extraordinary vertices: it was taken over all but a little round these, and depends \
-                 on how little that is; \"bend\" does not"
-                    .to_owned(),
-            ],
-            _ => Vec::new(),
-        }
     }
 
     fn squares(&self, shape: &dyn Shape, origin: Point) -> Result<Option<Squares>> {

@@ -383,7 +383,6 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         let kept: Vec<SmoothKnot> = stage.asked.smooth_knots().collect();
         let mut notes = notes(self.fair.shape.as_shape(), &self.squares, least.ways, &kept);
         notes.extend(smooth.notes());
-        notes.extend(self.fair.energy.iter().flat_map(|energy| energy.notes(self.fair.shape.as_shape())));
         let moved = || x.iter().zip(&self.rest).map(|(a, b)| (a - b).norm());
         let nearest = &stage.nearest;
         let report = FairReport {
