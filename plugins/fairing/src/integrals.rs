@@ -57,7 +57,9 @@ impl Integrals {
         if order > 2 {
             let charted = |cell: &&Cell| of.chart(cell.at([0.5; 2])).is_some();
             if let Some(cell) = cells.iter().find(charted) {
-                let face = cell.face.map_or_else(String::new, |face| format!(", the first at a corner of face {face}"));
+                let face = cell
+                    .face
+                    .map_or_else(String::new, |face| format!(", the first at a corner of face {face}"));
                 return Err(Error::Invalid(format!(
                     "the variation of bending is infinite at extraordinary vertices{face}, so that nothing has the least of it: ask for \
                      \"bend\" (or \"stretch\")"

@@ -29,7 +29,8 @@ pub(super) fn merged(squares: Squares, count: usize) -> Squares {
         let left = if rows.len() > width + sides { whole.qr().r() } else { whole };
         all.open(vertices.iter().map(|&v| v as usize));
         for row in left.row_iter() {
-            let target = if sides == 3 { Vector::from_fn(|axis, _| row[width + axis]) } else { Vector::zeros() };
+            let target =
+                if sides == 3 { Vector::from_fn(|axis, _| row[width + axis]) } else { Vector::zeros() };
             all.row(row.iter().take(width).copied(), target);
         }
     }
@@ -52,7 +53,10 @@ mod tests {
             let width = squares.width();
             for row in 0..5 {
                 let at = 100 * block + 10 * row;
-                squares.row((0..width).map(|k| number(at + k)), Vector::from_fn(|axis, _| number(at + 7 + axis)));
+                squares.row(
+                    (0..width).map(|k| number(at + k)),
+                    Vector::from_fn(|axis, _| number(at + 7 + axis)),
+                );
             }
         }
         squares.differentiate(2);
@@ -60,7 +64,8 @@ mod tests {
         let rows = |s: &Squares| s.blocks().map(|block| block.targets.len()).sum::<usize>();
         assert_eq!((rows(&squares), rows(&small), small.order()), (30, 3 + 3 + 2 + 3, 2));
         for k in 0..20 {
-            let x: Vec<Vector> = (0..4).map(|v| Vector::from_fn(|axis, _| number(31 * k + 3 * v + axis))).collect();
+            let x: Vec<Vector> =
+                (0..4).map(|v| Vector::from_fn(|axis, _| number(31 * k + 3 * v + axis))).collect();
             assert!((squares.energy(&x).0 - small.energy(&x).0).abs() < 1e-12);
             for targets in [false, true] {
                 let [mut a, mut b] = [vec![Vector::zeros(); 4], vec![Vector::zeros(); 4]];
