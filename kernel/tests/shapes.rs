@@ -6,7 +6,8 @@ use loftsman_kernel::edit::{Ask, Edit, Metric};
 use loftsman_kernel::error::Result;
 use loftsman_kernel::functional::{Edge, Shapes, join, position};
 use loftsman_kernel::shape::{
-    Cell, Cells, Derivative, Domain, Edges, Location, Neighbours, Refine, Shape, Stencil, Strip, strips,
+    Border, Cell, Cells, Derivative, Domain, Edges, Hole, Location, Neighbours, Refine, Shape, Stencil,
+    Strip, rows_at, strips,
 };
 use loftsman_kernel::spline::trimmed::Region;
 use loftsman_kernel::spline::{CatmullRom, Curve, Space, Spacing, Surface, Trimmed};
@@ -149,6 +150,11 @@ impl Cells for Liar {
         }
         Some(cell)
     }
+
+    fn holes(&self) -> Vec<Hole> {
+        let border = vec![Border { from: [0.5, 0.0], to: [0.0, 0.5], degree: 3 }];
+        if self.lie == 11 { vec![Hole { face: None, apex: [0.0, 0.0], border }] } else { Vec::new() }
+    }
 }
 
 impl Edges for Liar {
@@ -187,7 +193,7 @@ impl Refine for Liar {
 
 #[test]
 fn lies_are_found() {
-    for lie in 0..12 {
+    for lie in 0..13 {
         let verdict = shape_conformance(&Liar { inner: Patches::flat(), lie });
         let says = [
             "sums to 0.9",
@@ -201,12 +207,24 @@ fn lies_are_found() {
             "is not its strip's",
             "not the other way round",
             "another shape",
+            "the holes in them 0.125",
         ];
         match says.get(lie) {
             Some(says) => assert!(verdict.failures.iter().any(|f| f.contains(says)), "{lie}: {verdict}"),
             None => assert!(verdict.passed(), "{lie}: {verdict}"),
         }
     }
+}
+
+/// What a cell without vertices has is not taken for nothing.
+#[test]
+fn rows_of_a_cell_that_names_no_vertices_are_refused() {
+    let flat = Patches::flat();
+    let mut cell = flat.cells().unwrap().cell(0).unwrap();
+    cell.vertices.clear();
+    let points = cell.gauss_points([2, 2]);
+    let refused = rows_at(&flat, &cell, &points, Derivative::POSITION).unwrap_err().to_string();
+    assert!(refused.contains("does not name"), "{refused}");
 }
 
 #[test]

@@ -15,6 +15,7 @@ mod dependent;
 mod format;
 mod forms;
 mod functional;
+mod holes;
 mod kind;
 mod operation;
 mod patches;

@@ -1,5 +1,6 @@
 //! What a shape promises: stencils, and each further thing that it says it can do.
 
+use super::holes::holes;
 use super::{Lcg, Verdict, guarded};
 use crate::error::Result;
 use crate::shape::{
@@ -20,7 +21,8 @@ const LEFT_OUT: f64 = 1e-3;
 ///   derivatives agree with differences of those of one order less; what is outside the domain, or has another number of
 ///   parameters, is refused.
 /// * *Cells* cover the domain (of a surface of many faces that of each, but for a thousandth) once; each names all vertices that its points depend on, and no others; where it is not rational its
-///   functions are polynomials of its degree.
+///   functions are polynomials of its degree. *Holes*, where it says any, are all that they leave out, each with a border along which it is a
+///   polynomial.
 /// * *Edges*: stencils along them are those of their strips.
 /// * *Neighbours* are mutual; a grid has as many places as there are vertices.
 /// * *Refined* it is the same shape, with more vertices, and cells end where they were asked to.
@@ -64,7 +66,7 @@ fn vertices(verdict: &mut Verdict, shape: &dyn Shape) {
 }
 
 /// Some of many, evenly.
-fn some<T>(all: Vec<T>) -> Vec<T> {
+pub(super) fn some<T>(all: Vec<T>) -> Vec<T> {
     let step = all.len().div_ceil(SOME).max(1);
     all.into_iter().step_by(step).collect()
 }
@@ -88,7 +90,7 @@ fn size(stencil: &Stencil) -> f64 {
 }
 
 /// The size of what two stencils differ by.
-fn apart(a: &Stencil, b: &Stencil, by: f64) -> f64 {
+pub(super) fn apart(a: &Stencil, b: &Stencil, by: f64) -> f64 {
     size(&a.iter().chain(b.iter().map(|(v, c)| (v, -by * c))).collect())
 }
 
@@ -218,6 +220,7 @@ fn cells(verdict: &mut Verdict, shape: &dyn Shape, random: &mut Lcg) -> Option<(
     verdict.check(covered - whole <= 1e-9 * whole && whole - covered <= left_out * whole, || {
         format!("its cells have {covered} of parameters, and its domain {whole}")
     });
+    holes(verdict, shape, shape.cells()?, [whole, covered])?;
     for _ in 0..SOME {
         let face = shape.faces().map(|count| random.below(count.max(1)) as u32);
         let domain = face.map_or_else(|| shape.domain(), |face| shape.face_domain(face));

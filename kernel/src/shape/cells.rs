@@ -2,7 +2,7 @@
 
 use smallvec::SmallVec;
 
-use super::{Chart, Derivative, Location, Shape, Share, Stencil};
+use super::{Chart, Derivative, Hole, Location, Shape, Share, Stencil};
 use crate::error::{Error, Result};
 use crate::quadrature::gauss_legendre;
 use crate::space::Space;
@@ -114,7 +114,8 @@ pub struct Patch<'a> {
 ///
 /// Cells do not overlap, and together they cover the domain. They are asked for by number; a shape that has infinitely many
 /// (around an extraordinary vertex of a subdivision surface) serves as many as it chooses to, and its integrals are those of
-/// what these cover.
+/// what these cover. It says where the [holes](Self::holes) are that these leave: cones over them make volumes those of a closed surface,
+/// which do not depend on the origin.
 pub trait Cells {
     /// Cells have numbers below this one.
     fn count(&self) -> usize;
@@ -154,6 +155,12 @@ pub trait Cells {
     /// When loops do not say what is inside.
     fn shares(&self) -> Result<Option<Vec<Share>>> {
         Ok(None)
+    }
+
+    /// What the cells leave out, face by face: nothing by default. No vertex has to be looked at for it. Of a shape that is
+    /// [partial](Self::is_partial) they are not asked for, nor of one that is rational there.
+    fn holes(&self) -> Vec<Hole> {
+        Vec::new()
     }
 
     /// Of a shape of faces that says itself what volume it bounds, for each face 1 where `S_u × S_v` points out of it, -1 where it
@@ -257,9 +264,12 @@ pub fn rows_at(
 ) -> Result<Vec<f64>> {
     let width = cell.vertices.len();
     let mut rows = vec![0.0; width * points.len()];
-    for ((at, _), row) in points.iter().zip(rows.chunks_exact_mut(width.max(1))) {
+    for (number, (at, _)) in points.iter().enumerate() {
         let stencil = shape.stencil(*at, derivative)?;
-        cell.places(&stencil, shape.type_name())?.into_iter().for_each(|(k, c)| row[k] += c);
+        // Also where the cell names none: then there is no row to go into, and that is told.
+        for (k, c) in cell.places(&stencil, shape.type_name())? {
+            rows[number * width + k] += c;
+        }
     }
     Ok(rows)
 }

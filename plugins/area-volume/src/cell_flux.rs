@@ -1,19 +1,20 @@
 //! The integrals of [`Flux`](crate::flux::Flux) over a surface that is no tensor-product spline, by its cells and stencils.
 
-use loftsman_kernel::shape::{Cell, Derivative, Shape, Share, rows_at};
+use loftsman_kernel::shape::{Cell, Derivative, Hole, Shape, Share, rows_at};
 use loftsman_kernel::{Point, Result, Vector, parallel};
 
+use crate::cone::Cones;
 use crate::flux::{MOST, SETTLED, change, most, settled, unsettled};
 use crate::members::Member;
 
 /// Integrals over what fitted borders bound are refined until they change by less than this: the borders are not nearer.
 const SETTLED_AT_BORDERS: f64 = 1e-10;
 
-/// Gauss points of all cells, with the functions there and their derivatives.
+/// Gauss points of all cells, and of the cones over the holes that these leave, with the functions there and their derivatives.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct CellFlux {
     vertices: Vec<u32>,
-    /// For each cell where its vertices start, how many they are, and how many points it has.
+    /// For each cell, and for the cones of each hole, where its vertices start, how many they are, and how many points it has.
     cells: Vec<(usize, usize, usize)>,
     weights: Vec<f64>,
     /// For each point the values, `u` and `v` derivatives of its cell's functions, one after another.
@@ -24,25 +25,53 @@ pub(crate) struct CellFlux {
 impl CellFlux {
     /// For the surfaces that differ from this one in their control vertices only; with `moments` for all four `h`. Exact where the
     /// cells are polynomial, and what bounds them in the parameter plane; else refined, face by face, until the present integrals settle to
-    /// 1e-13 (borders: to 1e-10 where they do not get nearer).
+    /// 1e-13 (borders: to 1e-10 where they do not get nearer). Holes are closed by cones, so that integrals over what is closed do not depend on
+    /// the origin.
     pub(crate) fn new(surface: &Member<'_>, moments: bool) -> Result<Self> {
         let mut counted = surface.cells.counted(surface.shape)?;
         let senses = surface.cells.senses().transpose()?;
-        let sense = |cell: &Cell| match (&senses, cell.face) {
+        let sense = |face: Option<u32>| match (&senses, face) {
             (Some(senses), Some(face)) => senses.get(face as usize).copied().unwrap_or(0.0),
             _ => 1.0,
         };
-        counted.retain(|(cell, _)| sense(cell) != 0.0);
+        counted.retain(|(cell, _)| sense(cell.face) != 0.0);
         let faces: Vec<&[(Cell, Share)]> = counted.chunk_by(|a, b| a.0.face == b.0.face).collect();
-        let senses: Vec<f64> =
-            faces.iter().map(|cells| cells.first().map_or(1.0, |(cell, _)| sense(cell))).collect();
         let shape = surface.shape;
-        let made = parallel::map(faces.len(), |k| Self::of_face(shape, faces[k], senses[k], moments));
+        let made = parallel::map(faces.len(), |k| {
+            let face = faces[k].first().and_then(|(cell, _)| cell.face);
+            Self::of_face(shape, faces[k], sense(face), moments)
+        });
         let mut all = Self::empty(moments);
         for one in made {
             all.append(one?);
         }
+        // Of a part of a surface it is not known how much of a hole counts.
+        let mut holes = if surface.cells.is_partial() { Vec::new() } else { surface.cells.holes() };
+        holes.retain(|hole| sense(hole.face) != 0.0);
+        let faces: Vec<&[Hole]> = holes.chunk_by(|a, b| a.face == b.face).collect();
+        let made = parallel::map(faces.len(), |k| Self::of_holes(shape, faces[k], &sense, moments));
+        for one in made {
+            all.append(one?);
+        }
         Ok(all)
+    }
+
+    /// The cones over the holes of a face.
+    fn of_holes(
+        shape: &dyn Shape,
+        holes: &[Hole],
+        sense: &impl Fn(Option<u32>) -> f64,
+        moments: bool,
+    ) -> Result<Self> {
+        let mut flux = Self::empty(moments);
+        for hole in holes {
+            let cones = Cones::new(shape, hole, |degree| exact(degree, moments))?;
+            flux.cells.push((flux.vertices.len(), cones.vertices.len(), cones.weights.len()));
+            flux.vertices.extend(cones.vertices.iter().map(|&v| v as u32));
+            flux.weights.extend(cones.weights.iter().map(|weight| weight * sense(hole.face)));
+            flux.rows.extend(cones.rows);
+        }
+        Ok(flux)
     }
 
     fn empty(moments: bool) -> Self {
@@ -59,8 +88,7 @@ impl CellFlux {
 
     /// The cells of one face.
     fn of_face(shape: &dyn Shape, cells: &[(Cell, Share)], sense: f64, moments: bool) -> Result<Self> {
-        let exact =
-            |degree: usize| if moments { (2 * degree).max(1) } else { (3 * degree).div_ceil(2).max(1) };
+        let exact = |degree: usize| exact(degree, moments);
         let flux = Self::with(shape, cells, exact, 1, sense, moments)?;
         let counts = |cell: &Cell, more: usize| {
             [0, 1].map(|k| exact(cell.sides.get(k).map_or(0, |side| side.degree)) + more)
@@ -188,4 +216,9 @@ impl CellFlux {
             }
         }
     }
+}
+
+/// So many Gauss points are exact for the flux of polynomials of a degree: it has degree `3p - 1`, with moments `4p - 1`.
+fn exact(degree: usize, moments: bool) -> usize {
+    if moments { (2 * degree).max(1) } else { (3 * degree).div_ceil(2).max(1) }
 }

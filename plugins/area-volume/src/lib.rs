@@ -29,6 +29,7 @@
 mod area;
 mod cell_flux;
 mod centroid;
+mod cone;
 mod contour;
 mod curve_rule;
 mod flux;

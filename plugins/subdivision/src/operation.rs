@@ -33,7 +33,7 @@ fn told(left: crate::Result<LeftOut>, round: &str) -> String {
     match left {
         Ok(left) if left.count == 0 => "areas and volumes are exact".to_owned(),
         Ok(left) => format!(
-            "areas leave out at most {}, volumes {}, round extraordinary {round}",
+            "areas leave out at most {} round extraordinary {round}, and volumes are within {}",
             short(left.area),
             short(left.volume)
         ),

@@ -335,6 +335,11 @@ fn what_is_left_out_is_bounded() -> Result<(), Error> {
             let (area, volume) = ((deep.0 - own.0).abs(), (deep.1 - own.1).abs());
             assert!(area <= bound.area + rounding, "{name} {depth}: {area:e} {bound:?}");
             assert!(volume <= bound.volume + rounding, "{name} {depth}: {volume:e} {bound:?}");
+            // That of volumes goes with the size of what is left out, times its area.
+            let points = cage.points();
+            let apart = points.iter().flat_map(|a| points.iter().map(move |b| (a - b).norm()));
+            let reach = apart.fold(0.0, f64::max) * 0.67_f64.powi(depth as i32) / 3.0;
+            assert!(bound.volume <= bound.area * reach, "{name} {depth}: {bound:?} {reach}");
             if bound.count == 0 {
                 assert!(area <= rounding && bound.area == 0.0);
             } else if area > 100.0 * rounding {

@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod certified;
+mod closed;
 mod creased_normals;
 mod doo_sabin;
 mod doo_sabin_intervals;

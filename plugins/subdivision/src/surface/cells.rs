@@ -1,6 +1,6 @@
 //! The bicubic pieces of a surface.
 
-use loftsman_kernel::shape::{Cell, CellSide, Cells, Chart, Location};
+use loftsman_kernel::shape::{Cell, CellSide, Cells, Chart, Hole, Location};
 
 use super::SubdivisionSurface;
 use super::leaf::leaf;
@@ -35,6 +35,12 @@ impl Cells for SubdivisionSurface {
         };
         let sides = [side(quadrant.i), side(quadrant.j)].into_iter().collect();
         Some(Cell { face: Some(face as u32), sides, rational: false, vertices })
+    }
+
+    /// The quadrants of the last level at extraordinary vertices. Neighbours may have them on different levels, for their own level is counted from
+    /// where nothing on the face is sharp: then the larger one has the rest of their common side as border, too.
+    fn holes(&self) -> Vec<Hole> {
+        self.all_holes()
     }
 
     /// The characteristic map of the extraordinary vertex that is nearest, from the level on at which it is alone and nothing round it is sharp to a

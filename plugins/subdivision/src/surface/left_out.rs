@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use loftsman_kernel::shape::{Derivative, Location, Shape};
 use loftsman_kernel::{Point, Vector};
 
 use super::local::Local;
@@ -19,8 +20,8 @@ pub struct LeftOut {
     pub count: usize,
     /// An upper bound of their area: that of the cells is less than the surface's by no more than this.
     pub area: f64,
-    /// An upper bound of what they have of the volume `⅓ ∫∫ (S - O)·(S_u × S_v)`, from the middle `O` of the box round all vertices of the
-    /// cage: the volume of the cells differs from what is inside the surface by no more than this.
+    /// An upper bound of what volumes are off by: that of the cells with the cones over the [holes](loftsman_kernel::shape::Cells::holes) differs
+    /// from what is inside a closed surface by no more than this, wherever the origin is.
     pub volume: f64,
 }
 
@@ -39,28 +40,34 @@ impl SubdivisionSurface {
     /// product of the longest differences of its net along `u` and `v`, which bound its derivatives. Four levels are summed like this; the
     /// rest is at most `a d² / (1 - γ²)`: of a neighbourhood with diameter `d` the rows of six further levels bound the area by `a d²`, and
     /// the diameter of what then remains by `γ d` (half the sum of the sizes of the difference of any two rows). So nothing is estimated;
-    /// the bound is some times what is left out. Cost: some 20 µs a quadrant that is left out.
+    /// the bound is some times what is left out.
+    ///
+    /// Instead of the quadrants at a vertex volumes have the cones over the cells round them, with the limit `c` of the vertex as their apex. With
+    /// `c` as origin, which is free where these and the quadrants together bound something, a cone has no volume
+    /// `⅓ ∫∫ (S - c)·(S_u × S_v)`, and a quadrant at most a third of its area times the largest distance that a vertex of its neighbourhood has from
+    /// `c`. Cost: some 20 µs a quadrant that is left out, and its limit.
     ///
     /// # Errors
     /// When a face has more than 2048 vertices in the faces round it.
     pub fn left_out(&self) -> Result<LeftOut> {
         let mut sum = LeftOut::default();
         let (mut known, mut kinds) = (Known::new(), BTreeMap::new());
-        let middle = middle(self.cage.points());
         for face in 0..self.layout.faces.len() {
             let pattern = self.layout.pattern_of[face] as usize;
             if self.layout.left[pattern].is_empty() {
                 continue;
             }
             let near = leaf::near(&self.cage, &self.layout, face)?;
-            let point = |k: usize| self.cage.points()[near.base[k] as usize] - middle;
             if !kinds.contains_key(near.key()) {
                 let local = |&quadrant| self.layout.templates.local(&self.cage, &near, quadrant);
                 let all = self.layout.left[pattern].iter().map(local).collect::<Result<Vec<_>>>()?;
                 kinds.insert(near.key().to_vec(), all);
             }
-            for local in kinds.get(near.key()).into_iter().flatten() {
-                let ring = hull_of(local, point);
+            for (local, quadrant) in
+                kinds.get(near.key()).into_iter().flatten().zip(&self.layout.left[pattern])
+            {
+                let apex = self.limit_at(face, *quadrant)?;
+                let ring = hull_of(local, |k| self.cage.points()[near.base[k] as usize] - apex);
                 let far = largest(ring.iter().map(Vector::norm));
                 let area = self.area_left(local, &ring, &mut known)?;
                 sum.count += 1;
@@ -69,6 +76,13 @@ impl SubdivisionSurface {
             }
         }
         Ok(sum)
+    }
+
+    /// The limit of the corner of a face that a quadrant is at.
+    fn limit_at(&self, face: usize, quadrant: Quadrant) -> Result<Point> {
+        let end = |k: u64| if k == 0 { 0.0 } else { 1.0 };
+        let at = Location::Face(face as u32, end(quadrant.i), end(quadrant.j));
+        Ok(Point::from(self.value(at, Derivative::POSITION)?))
     }
 
     /// A bound of the area over the face of a neighbourhood, one corner of which is extraordinary.
@@ -142,13 +156,6 @@ impl SubdivisionSurface {
 /// The quadrant of a level at the first corner.
 pub(crate) fn first_of(level: u32) -> Quadrant {
     Quadrant { level, i: 0, j: 0 }
-}
-
-/// The middle of the box round some points.
-pub(crate) fn middle(points: &[Point]) -> Point {
-    let start = (Point::from([f64::INFINITY; 3]), Point::from([f64::NEG_INFINITY; 3]));
-    let (low, high) = points.iter().fold(start, |(low, high), p| (low.inf(p), high.sup(p)));
-    Point::from(low.coords * 0.5 + high.coords * 0.5)
 }
 
 pub(crate) fn diameter_squared(points: &[Vector]) -> f64 {

@@ -19,12 +19,12 @@ pub(crate) struct Pattern {
     pub(crate) edges: [u8; 4],
     /// Levels before there are pieces anywhere: with knot intervals, where those round it are no tensor-product spline's yet.
     pub(crate) before: u8,
-    /// So many quadrants side by side from an extraordinary corner are none: 1, and 2 with knot intervals, for these say different things on
-    /// the two sides of an edge that ends there.
+    /// So many quadrants side by side from an extraordinary corner, and from what is sharp to a finite degree, are none: 1, and 2 with knot
+    /// intervals, for these say different things on the two sides of an edge that ends there.
     pub(crate) reach: Reach,
 }
 
-/// Quadrants at an extraordinary corner that are not bicubic.
+/// Quadrants at an extraordinary or sharp corner that are not bicubic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(crate) enum Reach {
     /// The one at the corner.
@@ -110,10 +110,13 @@ impl Pattern {
     pub(crate) fn is_regular(&self, quadrant: Quadrant) -> bool {
         let Quadrant { level, i, j } = quadrant;
         let last = 1u64 << level.min(60);
-        if level < u32::from(self.before) || self.is_reached(quadrant) {
+        if level < u32::from(self.before) {
             return false;
         }
-        [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].into_iter().all(|(a, b)| {
+        // The places of the level on it, and those round it where they count, too.
+        let more = u64::from(self.reach == Reach::Two);
+        let places = |i: u64| i.saturating_sub(more)..=(i + 1 + more).min(last);
+        places(i).flat_map(|a| places(j).map(move |b| (a, b))).all(|(a, b)| {
             let corner = match (a == 0, a == last, b == 0, b == last) {
                 (true, _, true, _) => self.corners[0],
                 (_, true, true, _) => self.corners[1],
@@ -127,21 +130,6 @@ impl Pattern {
             };
             !corner.extraordinary && level >= u32::from(corner.steps)
         })
-    }
-
-    /// Whether a quadrant is next to that of an extraordinary corner, and that counts.
-    fn is_reached(&self, Quadrant { level, i, j }: Quadrant) -> bool {
-        if self.reach == Reach::One {
-            return false;
-        }
-        let last = (1u64 << level.min(60)) - 1;
-        let from = [
-            [i, j],
-            [last - i.min(last), j],
-            [last - i.min(last), last - j.min(last)],
-            [i, last - j.min(last)],
-        ];
-        self.corners.iter().zip(from).any(|(corner, [a, b])| corner.extraordinary && a < 2 && b < 2)
     }
 
     fn on(&self, edge: usize) -> Corner {

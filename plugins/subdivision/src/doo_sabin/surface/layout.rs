@@ -6,6 +6,7 @@ use super::spans::Spans;
 use crate::cage::Cage;
 use crate::error::{Result, SubdivisionError};
 use crate::natural::{Natural, Naturals};
+use crate::surface::holes::Rim;
 use crate::surface::pattern::{Corner, Pattern, Quadrant};
 use crate::topology::NONE;
 
@@ -20,6 +21,8 @@ pub(super) struct Layout {
     pub(super) cells: Vec<usize>,
     /// Quadrants of the four kinds of faces: whether the face of the cage is no quad, and whether its vertex has not four edges.
     pub(super) quadrants: [Vec<Quadrant>; 4],
+    /// What these leave out of each kind.
+    pub(super) rims: [Vec<Rim>; 4],
     /// Face and side of each edge of the boundary.
     pub(super) edges: Vec<(u32, u8)>,
     /// What knot intervals make of faces and vertices.
@@ -70,12 +73,14 @@ impl Layout {
         }
         let mut faces = vec![NONE; topology.corner_count()];
         (0..).zip(&corners).for_each(|(k, &h)| faces[h as usize] = k);
-        let quadrants = [0, 1, 2, 3].map(|kind| {
+        let patterns = [0, 1, 2, 3].map(|kind| {
             let corner = |extraordinary| Corner { steps: 0, extraordinary };
             let plain = Corner::default();
             let corners = [corner(kind & 1 == 1), plain, corner(kind & 2 == 2), plain];
-            Pattern { corners, ..Pattern::default() }.quadrants(depth).0
+            Pattern { corners, ..Pattern::default() }
         });
+        let rims = patterns.map(|pattern| Rim::all(&pattern, &pattern.quadrants(depth).1));
+        let quadrants = patterns.map(|pattern| pattern.quadrants(depth).0);
         let mut cells = vec![0];
         let (mut count, mut edges) = (0, Vec::new());
         for (face, &half) in (0..).zip(&corners) {
@@ -85,7 +90,7 @@ impl Layout {
             edges.extend((0..4).filter(ends).map(|side| (face, side as u8)));
         }
         let naturals = Naturals::new(Natural::doo_sabin);
-        Ok(Self { corners, faces, cells, quadrants, edges, spans, naturals, kept: Kept::default() })
+        Ok(Self { corners, faces, cells, quadrants, rims, edges, spans, naturals, kept: Kept::default() })
     }
 }
 

@@ -8,7 +8,7 @@ use super::node::Node;
 use super::{DooSabinSurface, kind};
 use crate::LeftOut;
 use crate::error::{Result, SubdivisionError};
-use crate::surface::left_out::{diameter_squared, middle};
+use crate::surface::left_out::diameter_squared;
 use crate::surface::net::largest;
 
 /// Levels that are looked at with the points as they are.
@@ -28,18 +28,20 @@ impl DooSabinSurface {
     /// product of the longest differences of its net along `u` and `v`, which bound its derivatives. Four levels are summed like this; the
     /// rest is at most `a d² / (1 - γ²)`: of a neighbourhood with diameter `d` the rows of six further levels bound the area by `a d²`, and
     /// the diameter of what then remains by `γ d` (half the sum of the sizes of the difference of any two rows). So nothing is estimated;
-    /// the bound is some times what is left out. Cost: some 20 µs a quadrant that is left out.
+    /// the bound is some times what is left out. Volumes have cones instead, with the extraordinary point as their apex, and are off by no more than
+    /// a third of each area times the largest distance of its neighbourhood from that point, as for
+    /// [`SubdivisionSurface::left_out`](crate::SubdivisionSurface::left_out). Cost: some 20 µs a quadrant that is left out.
     ///
     /// # Errors
     /// When the mesh is too large to be refined once.
     pub fn left_out(&self) -> Result<LeftOut> {
         let (mut sum, mut known) = (LeftOut::default(), BTreeMap::new());
-        let middle = middle(self.cage.points());
         for (node, &half) in self.nodes()?.into_iter().zip(&self.layout.corners) {
             let kind = kind(&self.cage, half);
             for corner in [0, 2].into_iter().filter(|corner| kind & [1, 0, 2][*corner] != 0) {
                 let mut node = node.clone();
-                node.rings.iter_mut().flatten().for_each(|p| *p -= middle.coords);
+                let apex = node.corner(corner).0;
+                node.rings.iter_mut().flatten().for_each(|p| *p -= apex);
                 for _ in 0..self.depth {
                     node = node.quarter_at(corner);
                 }

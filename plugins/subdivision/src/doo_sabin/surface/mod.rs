@@ -16,7 +16,8 @@ use std::sync::Arc;
 use loftsman_kernel::Point;
 use loftsman_kernel::error::Error;
 use loftsman_kernel::shape::{
-    Cell, CellSide, Cells, Chart, Derivative, Domain, Edges, Interval, Location, Neighbours, Shape, Stencil,
+    Cell, CellSide, Cells, Chart, Derivative, Domain, Edges, Hole, Interval, Location, Neighbours, Shape,
+    Stencil,
 };
 use smallvec::SmallVec;
 
@@ -88,7 +89,8 @@ impl DooSabinSurface {
     }
 
     /// The same with cells down to a depth from 1 to 24, 8 for [`new`](Self::new): the number of levels round an extraordinary point that
-    /// integrals are taken over. What is left out has `4^-depth` of the parameters of each face there, and about that share of its area.
+    /// integrals are taken over. What is left out has `4^-depth` of the parameters of each face there, and about that share of its area; volumes have
+    /// [cones](Cells::holes) there instead, and are off by some `16^-depth`.
     ///
     /// # Errors
     /// As for [`new`](Self::new); when the depth is another.
@@ -377,6 +379,17 @@ impl Cells for DooSabinSurface {
         let vertices = leaf.map_or_else(SmallVec::new, |leaf| leaf.vertices.iter().copied().collect());
         let sides = [side(quadrant.i), side(quadrant.j)].into_iter().collect();
         Some(Cell { face: Some(face as u32), sides, rational: false, vertices })
+    }
+
+    /// The quadrants of the last level at extraordinary points, as large on all faces round one. Where the surface ends at one it does so with
+    /// pieces without number, and no border is along its end.
+    fn holes(&self) -> Vec<Hole> {
+        let mut all = Vec::new();
+        for (face, &half) in (0..).zip(&self.layout.corners) {
+            let rims = &self.layout.rims[kind(&self.cage, half)];
+            all.extend(rims.iter().map(|rim| rim.hole(face, 2, [&[], &[]])));
+        }
+        all
     }
 
     /// The characteristic map of the extraordinary point that is nearest: of the middle of a face that is no quad, or the limit of a vertex that has not
