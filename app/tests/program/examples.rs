@@ -41,9 +41,8 @@ const TOLD: &[(&str, &str, &str, &str, f64, f64)] = &[
     ("car-body", "body.loft.json", "body in colours", "area", 8.853_9, 1e-3),
     ("doo-sabin-form", "knob.loft.json", "knob", "faces", 2112.0, 0.0),
     ("doo-sabin-form", "knob.loft.json", "knob", "volume", 3.979_054, 1e-6),
-    // Kept by the integral over cells; what these leave out (0.0007 at most) moves with the shape, which `bend` makes another since it is taken by
-    // the characteristic map.
-    ("five-points", "head.loft.json", "head", "volume", 4.136_479, 1e-6),
+    // Kept: what it is of the cage as it comes.
+    ("five-points", "head.loft.json", "head", "volume", 4.136_721_398_189, 1e-11),
     ("fuselage-section", "section.loft.json", "section", "area", 3.479_386, 1e-6),
     ("gates", "course.loft.json", "line", "length", 225.807_165, 1e-6),
     ("housing", "housing.step", "housing", "volume", 4.250_342, 1e-4),

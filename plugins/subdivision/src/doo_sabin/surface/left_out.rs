@@ -1,5 +1,6 @@
 //! What the cells of a surface leave out round extraordinary points, bounded.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use loftsman_kernel::Vector;
@@ -8,8 +9,9 @@ use super::node::Node;
 use super::{DooSabinSurface, kind};
 use crate::LeftOut;
 use crate::error::{Result, SubdivisionError};
-use crate::surface::left_out::diameter_squared;
+use crate::surface::left_out::{Left, Sum, volume};
 use crate::surface::net::largest;
+use crate::uniform::quadratic;
 
 /// Levels that are looked at with the points as they are.
 const OWN: u32 = 4;
@@ -28,14 +30,14 @@ impl DooSabinSurface {
     /// product of the longest differences of its net along `u` and `v`, which bound its derivatives. Four levels are summed like this; the
     /// rest is at most `a d² / (1 - γ²)`: of a neighbourhood with diameter `d` the rows of six further levels bound the area by `a d²`, and
     /// the diameter of what then remains by `γ d` (half the sum of the sizes of the difference of any two rows). So nothing is estimated;
-    /// the bound is some times what is left out. Volumes have cones instead, with the extraordinary point as their apex, and are off by no more than
-    /// a third of each area times the largest distance of its neighbourhood from that point, as for
+    /// the bound is some times what is left out. Volumes have cones instead, with the extraordinary point as their apex, and are off by what the
+    /// quadrants have from that point: the four levels exactly, the rest at most a third of its area times the largest distance, as for
     /// [`SubdivisionSurface::left_out`](crate::SubdivisionSurface::left_out). Cost: some 20 µs a quadrant that is left out.
     ///
     /// # Errors
     /// When the mesh is too large to be refined once.
     pub fn left_out(&self) -> Result<LeftOut> {
-        let (mut sum, mut known) = (LeftOut::default(), BTreeMap::new());
+        let (mut sum, mut known) = (Sum::default(), BTreeMap::new());
         for (node, &half) in self.nodes()?.into_iter().zip(&self.layout.corners) {
             let kind = kind(&self.cage, half);
             for corner in [0, 2].into_iter().filter(|corner| kind & [1, 0, 2][*corner] != 0) {
@@ -45,27 +47,24 @@ impl DooSabinSurface {
                 for _ in 0..self.depth {
                     node = node.quarter_at(corner);
                 }
-                let far = largest(node.rings.iter().flatten().map(Vector::norm));
-                let area = area_left(node, corner, &mut known)?;
-                sum.count += 1;
-                sum.area += area;
-                sum.volume += far * area / 3.0;
+                sum.add(left(node, corner, &mut known)?);
             }
         }
-        Ok(sum)
+        Ok(sum.left_out())
     }
 }
 
-/// A bound of the area over a quadrant, one corner of which is extraordinary. `known`: by how much of its squared diameter it is bounded, by the
+/// What there is over a quadrant, one corner of which is extraordinary, with points given from the limit there. `known`: by how much of its squared diameter it is bounded, by the
 /// vertices round the point where these are all there is to it.
-fn area_left(mut node: Node<Vector>, corner: usize, known: &mut BTreeMap<usize, f64>) -> Result<f64> {
-    let mut area = 0.0;
+fn left(mut node: Node<Vector>, corner: usize, known: &mut BTreeMap<usize, f64>) -> Result<Left> {
+    let mut left = Left::default();
     for _ in 0..OWN {
         let quarters = node.quarters();
         for piece in beside(&quarters, corner) {
             let net = piece.net();
             let [u, v] = longest(|a, b| (*net[a] - *net[b]).norm());
-            area += u * v;
+            left.area += u * v;
+            left.volume += volume(&net.map(Cow::into_owned), quadratic, 3);
         }
         node = quarters[corner].clone();
     }
@@ -78,7 +77,8 @@ fn area_left(mut node: Node<Vector>, corner: usize, known: &mut BTreeMap<usize, 
         }
     };
     let all: Vec<Vector> = node.rings.iter().flatten().copied().collect();
-    Ok(area + share * diameter_squared(&all))
+    left.end(share, &all);
+    Ok(left)
 }
 
 /// The three quarters that are pieces.
