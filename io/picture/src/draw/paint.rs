@@ -160,8 +160,12 @@ impl Painting {
     }
 
     /// A plug-in's surface: its own curvature, and the distance of its points from the surface before.
-    fn laid(&mut self, stage: &Stage<'_>, body: &Body<'_>, shell: Shell) -> Painted {
+    fn laid(&mut self, stage: &Stage<'_>, body: &Body<'_>, mut shell: Shell) -> Painted {
         let size = stage.projection.size;
+        let is_bent = matches!(self.faces, Faces::Curvature(_));
+        if let Some(laid) = shell.laid.as_mut().filter(|_| is_bent) {
+            laid.part();
+        }
         let values = match (self.faces, &shell.laid) {
             (Faces::Curvature(which), Some(laid)) => {
                 laid.values(&shell.skin, |at| bent(which, &laid.curvature(at)?, size))
@@ -183,7 +187,6 @@ impl Painting {
             }
             _ => Vec::new(),
         };
-        let is_bent = matches!(self.faces, Faces::Curvature(_));
         let by_area = if is_bent { Laid::by_area(&shell, &values) } else { Vec::new() };
         Painted { shell: Some(shell), values, by_area, ..Painted::default() }
     }

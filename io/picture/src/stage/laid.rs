@@ -15,6 +15,9 @@ use crate::chain::linked;
 /// What has no value at a corner of triangles has those so far into each of them, as a part of the way to the side beyond.
 const BESIDE: f64 = 0.25;
 
+/// Inside a triangle and yet as good as at its corner, by the same measure.
+const INSIDE: f64 = 1.0 / 64.0;
+
 /// The square of a derivative that is so small a part of the other's has vanished: it is rounding. So has that of the sine between both.
 const VANISHING: f64 = 1e-20;
 
@@ -99,6 +102,24 @@ impl Laid {
         let [e, f, g] = found.first;
         let is_regular = e.min(g) > VANISHING * e.max(g) && e * g - f * f > VANISHING * e * g;
         is_regular.then_some(found)
+    }
+
+    /// Gives each triangle places of its own, a little inside, where second derivatives jump within faces: between pieces of degree 2, which begin
+    /// and end where corners of triangles are, so that a value there is that of one of them or another.
+    pub(crate) fn part(&mut self) {
+        let first = self.surface().and_then(Shape::cells).and_then(|cells| cells.iter().next());
+        if !first.is_some_and(|cell| cell.sides.iter().any(|side| side.degree < 3)) {
+            return;
+        }
+        let own = |corners: &[u32; 3]| {
+            [0, 1, 2].map(|k| {
+                let mut shares = [0.5 * INSIDE; 3];
+                shares[k] = 1.0 - INSIDE;
+                self.within(corners, shares).unwrap_or(self.places[corners[k] as usize])
+            })
+        };
+        self.places = self.corners.iter().flat_map(own).collect();
+        self.corners = (0..self.corners.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
     }
 
     /// The unit normal at a place, on the side of another vector; `None` where the surface has none.
