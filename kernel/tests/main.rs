@@ -18,6 +18,7 @@ mod parts;
 mod rank;
 mod refinement;
 mod refusals;
+mod sampled;
 mod shapes;
 mod smooth;
 mod solids;

@@ -63,7 +63,7 @@ pub enum Faces {
     /// Stripes that a striped world would be mirrored in: where surfaces meet, stripes that break show a gap, those with kinks show a
     /// jump of curvature (G¹ only), smooth ones G².
     Zebra,
-    /// The curvature of surfaces: blue where it is negative, vermilion where it is positive.
+    /// The curvature of surfaces, splines and plug-ins' alike: blue where it is negative, vermilion where it is positive.
     Curvature(Curvature),
     /// The distance from the state before, to its nearest point; blue on the side away from its normal. Of meshes how far each point
     /// has moved.

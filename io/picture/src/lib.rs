@@ -26,6 +26,7 @@
 //! writes it all and `raster` renders it. Nothing
 //! reads fonts, files or clocks: the same scene gives the same bytes, also on a machine without fonts.
 
+mod chain;
 mod chart;
 mod choices;
 mod depth;

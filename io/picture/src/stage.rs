@@ -4,8 +4,12 @@
 //! origin, is drawn with the same care; curvature is taken here too, since a view only turns and scales.
 
 pub(crate) mod body;
+pub(crate) mod feet;
+pub(crate) mod finer;
+pub(crate) mod laid;
 pub(crate) mod piece;
 pub(crate) mod scenery;
+pub(crate) mod shell;
 pub(crate) mod solid;
 pub(crate) mod trim;
 

@@ -52,6 +52,10 @@ pub struct Faceted {
     pub certified: bool,
     /// Where on the shape each point is; empty where that is not known.
     pub places: Vec<Location>,
+    /// Of triangles, where each of their corners is as seen from inside the triangle, in the order of the mesh's corners: all three on one face,
+    /// and at borders of faces, at seams and at poles, where a point has several places, that beside the triangle. Empty of segments, and where
+    /// it is not known.
+    pub corners: Vec<Location>,
 }
 
 impl Faceted {
@@ -65,6 +69,10 @@ impl Faceted {
         }
         if !self.places.is_empty() && self.places.len() != count {
             return wrong("does not have a place for each point");
+        }
+        let of_mesh = if let Drawn::Mesh(mesh) = &self.drawn { mesh.corners().len() } else { 0 };
+        if !self.corners.is_empty() && self.corners.len() != of_mesh {
+            return wrong("does not have a place for each corner of its triangles");
         }
         if !self
             .states

@@ -103,6 +103,17 @@ fn points_of_a_tessellation_know_their_places() {
             let off = (points[k].coords - there).norm();
             assert!(off < 1e-12, "{name}: point {k} at {} is {off:e} away", faceted.places[k]);
         }
+        // And so are their corners, all three of a triangle on one face.
+        assert_eq!(mesh.corners().len(), faceted.corners.len(), "{name}");
+        for (corners, at) in mesh.faces().zip(faceted.corners.chunks(3)) {
+            let face = |at: &Location| if let Location::Face(face, ..) = at { *face } else { panic!("{at}") };
+            assert!(at.iter().all(|other| face(other) == face(&at[0])), "{name}: {at:?}");
+            for (&k, &at) in corners.iter().zip(at) {
+                let off =
+                    (points[k as usize].coords - surface.value(at, Derivative::POSITION).unwrap()).norm();
+                assert!(off < 1e-12, "{name}: a corner at {at} is {off:e} away");
+            }
+        }
     }
     assert!(count > 8, "{count}");
 }

@@ -6,14 +6,15 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use loftsman_kernel::Vector;
 
+use crate::chain::linked;
 use crate::depth::{Depth, ON_EDGE, ON_FACE, Run};
-use crate::draw::chain::{Turns, linked};
 use crate::draw::color;
 use crate::draw::light::{light, tone, tones};
 use crate::draw::paint::{Brush, Painting};
 use crate::draw::silhouette::weighed;
 use crate::draw::solid;
 use crate::draw::surface::{Line, Samples, kept, loop_of, parts};
+use crate::draw::turns::Turns;
 use crate::error::PictureError;
 use crate::layout::Rect;
 use crate::path::{Path, Spot};
@@ -27,7 +28,7 @@ use crate::view::Lens;
 
 /// Edges of meshes that are neither borders nor outlines nor creases are drawn where they are this long on average, in millimetres: on
 /// finer meshes they would be a smear.
-const LONG: f64 = 1.6;
+pub(super) const LONG: f64 = 1.6;
 
 /// How heavy a line on a face is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -70,7 +71,7 @@ pub(super) struct Lines {
 /// # Errors
 /// When the image of the faces cannot be made.
 pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, painting: &Painting) -> Result<(), PictureError> {
-    let solid = |form: &Form| matches!(form, Form::Surface { .. } | Form::Mesh { .. } | Form::Solid { .. });
+    let solid = |form: &Form| matches!(form, Form::Surface { .. } | Form::Mesh { .. } | Form::Solid(_));
     if !stage.new.iter().any(|body| solid(&body.form)) {
         return Ok(());
     }
@@ -115,10 +116,14 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, painting: &Painting) ->
                 let mesh = (points.as_slice(), corners.as_slice(), starts.as_slice());
                 of_mesh(mesh, (normals, colors), sheet, lens, (&mut depth, &mut copies), paint, &mut lines);
             }
-            Form::Solid { solid, points, normals } => {
-                (lines.color, lines.slack) = (base.mixed(sheet.theme.ink(), SOLID), ON_EDGE);
-                let shape = (&**solid, points.as_slice(), normals.as_slice());
-                solid::draw(shape, paint, (sheet, lens), (&mut depth, &mut copies), &mut lines);
+            Form::Solid(shell) => {
+                lines.slack = ON_EDGE;
+                if shell.laid.is_none() {
+                    lines.color = base.mixed(sheet.theme.ink(), SOLID);
+                }
+                let painted = painting.body(index).and_then(|painted| painted.shell.as_ref());
+                let shell = painted.unwrap_or(shell);
+                solid::draw(shell, paint, (sheet, lens), (&mut depth, &mut copies), &mut lines);
             }
             _ => continue,
         }
@@ -192,9 +197,9 @@ fn faces(stage: &Stage<'_>, sheet: &Sheet, area: &Rect, copies: &mut Copies) -> 
     let mut covered = 0.0;
     let mut flat = Vec::new();
     for body in &stage.new {
-        if let Form::Solid { solid, points, .. } = &body.form {
-            for triangle in &solid.triangles {
-                let flat = triangle.map(|i| sheet.layout.place(&points[i as usize]));
+        if let Form::Solid(shell) = &body.form {
+            for triangle in &shell.skin.triangles {
+                let flat = triangle.map(|i| sheet.layout.place(&shell.points[i as usize]));
                 if copies.is_new(&flat) {
                     covered += Depth::covers(area, &flat);
                 }

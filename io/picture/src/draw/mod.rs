@@ -1,7 +1,6 @@
 //! What is drawn, one kind of thing a module.
 
 pub(crate) mod bead;
-mod chain;
 pub(crate) mod comb;
 pub(crate) mod curve;
 pub(crate) mod face;
@@ -16,16 +15,19 @@ mod sides;
 pub(crate) mod silhouette;
 pub(crate) mod solid;
 pub(crate) mod surface;
+mod turns;
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::scene::{Geometry, Unit};
 
+use crate::chain::linked;
 use crate::choices::Choices;
 use crate::error::PictureError;
 use crate::layout::Rect;
 use crate::path::Spot;
 use crate::sheet::{Fill, Layer, Sample, Sheet, Stroke, spread};
 use crate::stage::body::{Body, Form};
+use crate::stage::shell::Shell;
 use crate::stage::{Ghost, Stage};
 use crate::svg::Element;
 use crate::text;
@@ -69,7 +71,7 @@ pub(crate) fn bounds(stage: &Stage<'_>, combs: &Combing, choices: &Choices) -> R
             }
             Form::Polyline { points, .. }
             | Form::Mesh { points, .. }
-            | Form::Solid { points, .. }
+            | Form::Solid(Shell { points, .. })
             | Form::Cloud(points) => {
                 points.iter().for_each(&mut take);
             }
@@ -151,7 +153,7 @@ pub(crate) fn draw(
 pub(crate) fn color(sheet: &Sheet, body: &Body<'_>, old: bool) -> Color {
     let color = match &body.form {
         Form::Mesh { colors, .. } if !colors.is_empty() => sheet.theme.faint(),
-        Form::Solid { solid, .. } => sheet.theme.object(body.index, solid.color().or(body.object.color)),
+        Form::Solid(shell) => sheet.theme.object(body.index, shell.skin.color().or(body.object.color)),
         _ => sheet.theme.object(body.index, body.object.color),
     };
     if old { sheet.theme.old(color) } else { color }
@@ -263,10 +265,10 @@ fn object(
                 }
             }
         }
-        Form::Solid { solid, points, normals } if old => {
-            let data = solid::wires(sheet, (solid, points, normals), lens);
+        Form::Solid(shell) if old => {
+            let data = solid::wires(sheet, shell, lens);
             let thin = Stroke { width: 0.2, ..stroke };
-            (thin.path("solid", data), Sample::Line(thin))
+            (thin.path(if shell.laid.is_some() { "surface" } else { "solid" }, data), Sample::Line(thin))
         }
         // The faces of all objects hide one another, so they are drawn together; the loose lines of a mesh are drawn as polylines are.
         Form::Mesh { points, starts, lines, .. } if !lines.is_empty() => {
@@ -278,7 +280,7 @@ fn object(
             parted(sheet, body, old, ("line", thin), &chains);
             return;
         }
-        Form::Surface { .. } | Form::Mesh { .. } | Form::Solid { .. } => {
+        Form::Surface { .. } | Form::Mesh { .. } | Form::Solid(_) => {
             // Where they are painted their own colour is not seen but in their lines, which tell several apart.
             let lined = surfaces > 1 && !matches!(body.form, Form::Mesh { .. });
             let sample = match painted {
@@ -295,7 +297,7 @@ fn object(
 
 /// The segments of a mesh's loose lines as chains, as long as they go.
 fn chained(points: &[Vector], lines: &[(usize, usize)]) -> impl Iterator<Item = Vec<Vector>> {
-    chain::linked(lines).into_iter().map(|chain| chain.into_iter().map(|i| points[i]).collect())
+    linked(lines).into_iter().map(|chain| chain.into_iter().map(|i| points[i]).collect())
 }
 
 /// Draws the lines of an object that faces may hide: what is hidden is thin, pale and dashed.
@@ -352,10 +354,9 @@ fn frame(sheet: &mut Sheet, body: &Body<'_>, ghost: Ghost, lens: Lens) {
             }
             (data, Stroke { width: 0.2, dashes: None, ..stroke })
         }
-        Form::Solid { solid, points, normals } => (
-            solid::wires(sheet, (solid, points, normals), lens),
-            Stroke { width: 0.2, dashes: None, ..stroke },
-        ),
+        Form::Solid(shell) => {
+            (solid::wires(sheet, shell, lens), Stroke { width: 0.2, dashes: None, ..stroke })
+        }
         Form::Mesh { points, .. } | Form::Cloud(points) => {
             let kept = spread(points.iter().map(|p| sheet.layout.spot(p)), 0.4, 5_000);
             (dots(&kept), Stroke { width: 0.4, dashes: None, ..stroke })

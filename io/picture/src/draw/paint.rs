@@ -3,6 +3,7 @@
 use loftsman_kernel::mesh::color::{diverging, map_end, map_end_of_all};
 use loftsman_kernel::scene::Unit;
 use loftsman_kernel::spline::Surface;
+use loftsman_kernel::spline::curvature::SurfaceCurvature;
 use loftsman_kernel::{Point, Vector};
 
 use crate::choices::{Curvature, Faces};
@@ -11,6 +12,10 @@ use crate::draw::surface::{Samples, samples};
 use crate::sheet::{Caption, Fill};
 use crate::stage::Stage;
 use crate::stage::body::{Body, Form};
+use crate::stage::feet::Feet;
+use crate::stage::finer::finer;
+use crate::stage::laid::Laid;
+use crate::stage::shell::Shell;
 use crate::text::figure;
 use crate::theme::{Color, Theme};
 use crate::view::Lens;
@@ -52,8 +57,13 @@ pub(crate) struct Painting {
 pub(crate) struct Painted {
     /// Of a surface, its points on a grid.
     pub(crate) grid: Option<Samples>,
-    /// At each point of the grid, or of the mesh, what its colour shows; none where faces are shaded, or the body has none.
+    /// Of a plug-in's surface that is painted, its faces in smaller triangles.
+    pub(crate) shell: Option<Shell>,
+    /// At each point of the grid, or of the mesh, or each place of a shell ([`Shell::painted_at`]), what its colour shows; none where faces are
+    /// shaded, or the body has none.
     values: Vec<f64>,
+    /// Of a shell that is painted by curvature, these values each for the same area.
+    by_area: Vec<f64>,
     /// Of a surface that is striped, the unit normals.
     normals: Vec<Vector>,
 }
@@ -68,9 +78,14 @@ impl Painting {
             painting.bodies.push(painted);
         }
         painting.tell_sides(stage);
-        let values = painting.bodies.iter().flat_map(|b| &b.values).copied();
         // A part that has moved may be small: all of it is to be seen. Curvatures may be infinite here and there.
-        painting.end = if faces == Faces::Deviation { map_end_of_all(values) } else { map_end(values) };
+        painting.end = if faces == Faces::Deviation {
+            map_end_of_all(painting.bodies.iter().flat_map(|b| &b.values).copied())
+        } else {
+            let counted =
+                |b: &'_ Painted| if b.by_area.is_empty() { b.values.clone() } else { b.by_area.clone() };
+            map_end(painting.bodies.iter().flat_map(counted))
+        };
         painting
     }
 
@@ -85,14 +100,8 @@ impl Painting {
                     Faces::Shaded => {}
                     Faces::Zebra => painted.normals = normals(surface, &grid),
                     Faces::Curvature(which) => {
-                        let power = which.power();
-                        let rounding = FLAT.powi(power);
-                        let value = |u: f64, v: f64| {
-                            let found = which.of(&surface.curvature(u, v).ok().flatten()?);
-                            // The surface is of size 1 here: what bends less is flat, and what is left of rounding would be painted as if it were all.
-                            let found = if found.abs() < rounding { 0.0 } else { found };
-                            Some(found / size.powi(power)).filter(|value| value.is_finite())
-                        };
+                        let value =
+                            |u: f64, v: f64| bent(which, &surface.curvature(u, v).ok().flatten()?, size);
                         painted.values = filled(&grid, |u, v, _| value(u, v));
                     }
                     Faces::Deviation => {
@@ -129,7 +138,9 @@ impl Painting {
                 };
                 Painted { values, ..Painted::default() }
             }
-            Form::Solid { points, .. } => {
+            Form::Solid(Shell { laid: Some(_), .. }) if self.faces == Faces::Shaded => Painted::default(),
+            Form::Solid(shell) if let Some(finer) = finer(shell) => self.laid(stage, body, finer),
+            Form::Solid(Shell { points, .. }) => {
                 let values = match self.faces {
                     Faces::Curvature(_) => self.without(body, "is a brep, whose curvature is not drawn"),
                     Faces::Deviation => {
@@ -146,6 +157,38 @@ impl Painting {
             }
             _ => Painted::default(),
         }
+    }
+
+    /// A plug-in's surface: its own curvature, and the distance of its points from the surface before.
+    fn laid(&mut self, stage: &Stage<'_>, body: &Body<'_>, mut shell: Shell) -> Painted {
+        let size = stage.projection.size;
+        let is_bent = matches!(self.faces, Faces::Curvature(_));
+        if let Some(laid) = shell.laid.as_mut().filter(|_| is_bent) {
+            laid.part();
+        }
+        let values = match (self.faces, &shell.laid) {
+            (Faces::Curvature(which), Some(laid)) => {
+                laid.values(&shell.skin, |at| bent(which, &laid.curvature(at)?, size))
+            }
+            (Faces::Deviation, Some(laid)) => {
+                let old = stage.old.iter().find(|old| old.object.name() == body.object.name());
+                match old.map(|old| &old.form) {
+                    Some(Form::Solid(old)) if let Some(feet) = Feet::of(old) => {
+                        let distance = |p: &Vector| feet.distance(p).map(|d| d * size);
+                        laid.values_of_points(&shell, distance)
+                    }
+                    Some(Form::Surface { surface: old, .. }) => {
+                        laid.values_of_points(&shell, |p| deviation(old, p).map(|d| d * size))
+                    }
+                    Some(_) => self.without(body, "was something else before"),
+                    None if stage.had(body) => laid.values(&shell.skin, |_| Some(0.0)),
+                    None => self.without(body, NEW),
+                }
+            }
+            _ => Vec::new(),
+        };
+        let by_area = if is_bent { Laid::by_area(&shell, &values) } else { Vec::new() };
+        Painted { shell: Some(shell), values, by_area, ..Painted::default() }
     }
 
     /// Says whose sign of curvature is against that of what it goes on in: it is by each surface's own normal.
@@ -304,6 +347,15 @@ fn stripe(normal: &Vector, toward: &Vector) -> Option<f64> {
     let edge = (within.min(1.0 - within) / SOFT).min(1.0);
     let is_light = (along.floor() as i64) % 2 == 0;
     Some(if is_light { 0.5 + 0.5 * edge } else { 0.5 - 0.5 * edge })
+}
+
+/// A curvature found on the stage, of a scene of a size; none where it is infinite.
+fn bent(which: Curvature, found: &SurfaceCurvature, size: f64) -> Option<f64> {
+    let power = which.power();
+    let found = which.of(found);
+    // What is drawn is of size 1 on the stage: what bends less is flat, and what is left of rounding would be painted as if it were all.
+    let found = if found.abs() < FLAT.powi(power) { 0.0 } else { found };
+    Some(found / size.powi(power)).filter(|value| value.is_finite())
 }
 
 /// Values at the points of a grid; where there is none that of the point before, at its start the first that there is.

@@ -10,6 +10,7 @@ use crate::labels::{Label, ONE, Room, Row, ranks};
 use crate::path::Spot;
 use crate::sheet::{Layer, Sheet, Stroke};
 use crate::stage::body::{Body, Form};
+use crate::stage::laid::Laid;
 use crate::stage::piece::Piece;
 use crate::stage::trim::{Mask, Trim};
 use crate::text;
@@ -58,7 +59,7 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>) {
                 hidden += out_of_sight;
             }
         }
-        Form::Solid { .. } => {
+        Form::Solid(shell) if shell.laid.as_ref().is_none_or(Laid::has_faces) => {
             let words = "its faces have parameters each, which are not drawn: point at a place by `closest`";
             sheet.caption.note(format!("{object}: {words}"));
             return;

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use loftsman_kernel::Vector;
 
+use crate::chain::linked;
 use crate::depth::ON_FACE;
-use crate::draw::chain::linked;
 use crate::draw::face::{Weight, newell, trace};
 use crate::path::Path;
 use crate::sheet::Sheet;

@@ -11,8 +11,10 @@ use loftsman_kernel::spline::{Curve, Surface};
 use loftsman_kernel::{Error, Point, Vector};
 use nalgebra::Vector4;
 
+use super::laid::Laid;
 use super::piece::Piece;
-use super::solid::Solid;
+use super::shell::Shell;
+use super::solid::{ANGLE, Solid};
 use super::trim::Trim;
 use crate::error::PictureError;
 use crate::theme::Color;
@@ -45,7 +47,7 @@ impl<'a> Body<'a> {
         if let Some(solid) = solid {
             let normals = solid.normals.iter().map(&normal).collect();
             let missing = solid.remark.clone();
-            let form = Form::Solid { solid: Arc::clone(solid), points, normals };
+            let form = Form::Solid(Shell { skin: Arc::clone(&solid.skin), points, normals, laid: None });
             return Ok(Self { object, index, form, vertices: Vec::new(), edges: Vec::new(), missing });
         }
         let custom = matches!(object.geometry(), Geometry::Custom(_));
@@ -77,6 +79,9 @@ fn edges(geometry: &Geometry) -> Vec<[usize; 2]> {
     (0..count).flat_map(later).collect()
 }
 
+/// How far triangles may be from a plug-in's shape, as a part of its size: no facet is seen, for they are lit by the shape's normals.
+const OF_SHAPES: f64 = 1e-3;
+
 /// What there is to draw of an object.
 #[derive(Debug)]
 pub(crate) enum Form {
@@ -98,8 +103,8 @@ pub(crate) enum Form {
         normals: Vec<Vector>,
         colors: Vec<Color>,
     },
-    /// A Brep: its points and normals on the stage.
-    Solid { solid: Arc<Solid>, points: Vec<Vector>, normals: Vec<Vector> },
+    /// A Brep, or a plug-in's surface.
+    Solid(Shell),
     /// Loose points.
     Cloud(Vec<Vector>),
 }
@@ -157,9 +162,9 @@ impl Form {
             }
             _ => {}
         }
-        let fineness = Fineness { chord: Chord::Relative(1e-3), angle: 10_f64.to_radians() };
-        let drawn = match staged.tessellate(&fineness) {
-            Ok(found) => found.drawn,
+        let fineness = Fineness { chord: Chord::Relative(OF_SHAPES), angle: ANGLE.to_radians() };
+        let (drawn, corners) = match staged.tessellate(&fineness) {
+            Ok(found) => (found.drawn, found.corners),
             // A point.
             Err(Error::NoExtent(_)) => return Ok(Self::Cloud(coordinates(&points[..points.len().min(1)]))),
             Err(error) => return Err(error.into()),
@@ -169,6 +174,9 @@ impl Form {
                 Ok(Self::Polyline { points: coordinates(&line.points), closed: line.closed })
             }
             Drawn::Mesh(mesh) => {
+                if let Some(shell) = Laid::shell(staged, mesh.clone(), &corners)? {
+                    return Ok(Self::Solid(shell));
+                }
                 let points = coordinates(mesh.points());
                 Self::of(&mesh.into(), points, |normal| *normal)
             }
@@ -184,7 +192,7 @@ impl Form {
     }
 }
 
-/// What cannot be caption apart on paper, in units of the stage: a micrometre of a page of usual size.
+/// What cannot be told apart on paper, in units of the stage: a micrometre of a page of usual size.
 const ALIKE: f64 = 1e-5;
 
 impl Form {
@@ -235,8 +243,10 @@ impl Form {
                 (corners, starts, lines, colors) == (other_corners, other_starts, other_lines, other_colors)
                     && near(points, others)
             }
-            (Self::Solid { solid, points, .. }, Self::Solid { solid: other, points: others, .. }) => {
-                (&solid.triangles, &solid.colors) == (&other.triangles, &other.colors) && near(points, others)
+            (Self::Solid(shell), Self::Solid(other)) => {
+                let (skin, others) = (&shell.skin, &other.skin);
+                (&skin.triangles, &skin.colors) == (&others.triangles, &others.colors)
+                    && near(&shell.points, &other.points)
             }
             (Self::Cloud(points), Self::Cloud(others)) => near(points, others),
             _ => false,

@@ -1,69 +1,33 @@
-//! Breps as they are drawn: triangles with normals, and edges as chains of their points.
+//! Breps as they are drawn, each cut once for all that shows it.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use loftsman_kernel::brep::{Brep, Frame, SurfaceForm};
-use loftsman_kernel::mesh::{Layer, NONE};
+use loftsman_kernel::mesh::Layer;
 use loftsman_kernel::plugin::{Chord, Fineness, TessellatedBrep, Tessellator};
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::text::clip;
 use loftsman_kernel::{Point, Result, Vector};
 
+use super::shell::{Edge, Kind, Side, Sides, Skin, pair};
+
 /// How far triangles may be from the shape, as a part of the largest extent of the scene: a twentieth of a millimetre on a usual page.
 const CHORD: f64 = 3e-4;
 /// How much neighbouring chords may turn, in degrees.
-const ANGLE: f64 = 10.0;
-/// Faces that meet at a smaller angle are smooth there: its cosine, of 8 degrees.
-const SMOOTH: f64 = 0.99;
-
-/// What an edge of a Brep is to the eye.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
-    /// Two faces meet at an angle.
-    Sharp,
-    /// Two faces go on into one another.
-    Smooth,
-    /// Less or more than two faces meet.
-    Open,
-    /// A seam, or where one surface goes on as another face: nothing to be seen, but where it turns away.
-    Within,
-}
-
-/// An edge as a chain of points.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Edge {
-    pub(crate) kind: Kind,
-    pub(crate) points: Vec<u32>,
-    /// Of a smooth one, the triangles on both sides of each of its segments.
-    pub(crate) beside: Vec<[u32; 2]>,
-}
-
+pub(super) const ANGLE: f64 = 10.0;
 /// A Brep in its own coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Solid {
     pub(crate) points: Vec<Point>,
     /// At each point, of unit length; points are doubled where faces meet.
     pub(crate) normals: Vec<Vector>,
-    pub(crate) triangles: Vec<[u32; 3]>,
-    /// The colours that faces have of their own, behind that of the object.
-    pub(crate) colors: Vec<Option<[f64; 4]>>,
-    /// For each triangle which of them it has.
-    pub(crate) slots: Vec<u32>,
-    /// Those that are to be drawn: where a face meets itself at a seam, or two halves of one cylinder meet, there is nothing to see.
-    pub(crate) edges: Vec<Edge>,
+    pub(crate) skin: Arc<Skin>,
     /// Which faces are missing.
     pub(crate) remark: Option<String>,
 }
 
 impl Solid {
-    /// The colour that all faces have, where they have one of their own.
-    pub(crate) fn color(&self) -> Option<[f64; 4]> {
-        let first = *self.slots.first()?;
-        let all = self.slots.iter().all(|slot| *slot == first);
-        self.colors.get(first as usize).copied().flatten().filter(|_| all)
-    }
-
     fn of(brep: &Brep, fineness: &Fineness, by: &dyn Tessellator) -> Result<Self> {
         let mut cut = by.measured_brep(brep, fineness)?;
         cut.mesh.uvs = Layer::none();
@@ -74,35 +38,16 @@ impl Solid {
         let normal = |p: usize| flat.normals.values().get(p).copied().unwrap_or_else(Vector::zeros);
         let triangles = flat.faces().map(|face| [face[0], face[1], face[2]]).collect();
         let normals = (0..flat.points().len()).map(normal).collect();
-        Ok(Self { points: flat.points().to_vec(), normals, triangles, colors, slots, edges, remark })
+        let skin = Arc::new(Skin { triangles, colors, slots, edges });
+        Ok(Self { points: flat.points().to_vec(), normals, skin, remark })
     }
 }
-
-/// A side of a triangle: which triangle, and the numbers of its normals at both ends.
-type Side = (u32, [u32; 2]);
 
 /// The edges of a Brep that are drawn.
 fn edges(brep: &Brep, cut: &TessellatedBrep) -> Vec<Edge> {
     let TessellatedBrep { mesh, edges, faces, .. } = cut;
-    // The sides of triangles that are on edges: the triangle and its normals at both ends.
-    let pair = |a: u32, b: u32| (a.min(b), a.max(b));
-    let mut sides: HashMap<(u32, u32), Vec<Side>> = HashMap::new();
-    for chain in edges {
-        sides.extend(chain.windows(2).map(|s| (pair(s[0], s[1]), Vec::new())));
-    }
-    for (triangle, (corners, starts)) in mesh.faces().zip(mesh.starts().windows(2)).enumerate() {
-        for k in 0..corners.len() {
-            let next = (k + 1) % corners.len();
-            if let Some(list) = sides.get_mut(&pair(corners[k], corners[next])) {
-                let [a, b] = if corners[k] < corners[next] { [k, next] } else { [next, k] };
-                list.push((triangle as u32, [a, b].map(|k| mesh.normals.index(starts[0] + k, corners[k]))));
-            }
-        }
-    }
-    let along = |one: u32, other: u32| {
-        let at = |index: u32| mesh.normals.values().get(index as usize).filter(|_| index != NONE);
-        at(one).zip(at(other)).is_some_and(|(a, b)| a.dot(b) >= SMOOTH)
-    };
+    let segments = edges.iter().flat_map(|chain| chain.windows(2)).map(|s| pair(s[0], s[1]));
+    let sides = Sides::new(mesh, segments);
     let mut drawn = Vec::new();
     for (number, chain) in edges.iter().enumerate() {
         let uses = brep.uses(number);
@@ -111,11 +56,11 @@ fn edges(brep: &Brep, cut: &TessellatedBrep) -> Vec<Edge> {
         if chain.len() < 2 {
             continue;
         }
-        let beside: Vec<_> = chain.windows(2).map(|s| sides.get(&pair(s[0], s[1]))).collect();
+        let beside: Vec<&[Side]> = chain.windows(2).map(|s| sides.at(s[0], s[1])).collect();
         if is_seam || is_within {
             // No edge of the shape, and yet it may turn away from the viewer just there.
-            let both = |list: &Option<&Vec<Side>>| match list.map(Vec::as_slice) {
-                Some(&[(one, _), (other, _)]) => Some([one, other]),
+            let both = |list: &&[Side]| match list {
+                [(one, _), (other, _)] => Some([*one, *other]),
                 _ => None,
             };
             if let Some(beside) = beside.iter().map(both).collect() {
@@ -123,9 +68,9 @@ fn edges(brep: &Brep, cut: &TessellatedBrep) -> Vec<Edge> {
             }
             continue;
         }
-        let two = |list: &Option<&Vec<Side>>| match list.map(Vec::as_slice) {
-            Some(&[(one, normals), (other, others)]) if faces[one as usize] != faces[other as usize] => {
-                Some(([one, other], along(normals[0], others[0]) && along(normals[1], others[1])))
+        let two = |list: &&[Side]| match list {
+            [one, other] if faces[one.0 as usize] != faces[other.0 as usize] => {
+                Some(([one.0, other.0], sides.is_smooth(one, other)))
             }
             _ => None,
         };

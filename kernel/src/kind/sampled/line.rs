@@ -45,6 +45,7 @@ pub(super) fn sampled(sampler: &Sampler<'_>) -> Result<Faceted> {
         error,
         certified: false,
         places,
+        corners: Vec::new(),
     })
 }
 

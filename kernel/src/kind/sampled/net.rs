@@ -193,14 +193,22 @@ fn mesh(sampler: &Sampler<'_>, us: &Pieces, vs: &Pieces, error: f64) -> Result<F
         }
     }
     let mut corners = Vec::with_capacity(6 * rows * columns);
+    let mut of_corners = Vec::with_capacity(6 * rows * columns);
     for i in 0..rows {
         for j in 0..columns {
-            let [a, b, c, d] = [id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)].map(|k| point[k]);
-            let first = cut_first([a, b, c, d].map(|k| &points[k]));
-            let triangles = if first { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
-            for [a, b, c] in triangles {
+            let cell = [id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)].map(|k| point[k]);
+            let [(u0, u1), (v0, v1)] = [(at(us, i), us.end(i)), (at(vs, j), vs.end(j))];
+            let places = [(u0, v0), (u1, v0), (u1, v1), (u0, v1)];
+            let first = cut_first(cell.map(|k| &points[k]));
+            let triangles = if first { [[0, 1, 2], [0, 2, 3]] } else { [[0, 1, 3], [1, 2, 3]] };
+            for triangle in triangles {
+                let [a, b, c] = triangle.map(|k| cell[k]);
                 if a != b && b != c && c != a {
                     corners.extend([a, b, c].map(|k| k as u32));
+                    of_corners.extend(triangle.map(|k: usize| {
+                        let (u, v) = places[k];
+                        Location::Surface(sampler.parameter(0, u), sampler.parameter(1, v))
+                    }));
                 }
             }
         }
@@ -234,5 +242,6 @@ fn mesh(sampler: &Sampler<'_>, us: &Pieces, vs: &Pieces, error: f64) -> Result<F
         error,
         certified: false,
         places,
+        corners: of_corners,
     })
 }

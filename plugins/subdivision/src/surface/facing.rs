@@ -273,7 +273,7 @@ impl<S: Scheme> Facing<S> {
         let quads = &self.quads;
         let mut number = vec![NONE; quads.normals.len()];
         let (mut used, mut corners) = (Vec::new(), Vec::new());
-        let mut places: Vec<Location> = Vec::new();
+        let (mut places, mut of_corners): (Vec<Location>, Vec<Location>) = Default::default();
         let (mut error, mut certified) = (0.0_f64, true);
         let mut normals = Normals::default();
         for k in quads.shown() {
@@ -284,11 +284,13 @@ impl<S: Scheme> Facing<S> {
             for triangle in quads.cut(k).triangles() {
                 for at in triangle {
                     let name = numbers[usize::from(at)] as usize;
+                    let [u, v] = of_place(place, usize::from(at));
+                    let here = Location::Face(place.face, u, v);
+                    of_corners.push(here);
                     if number[name] == NONE {
                         number[name] = used.len() as u32;
                         used.push(name);
-                        let [u, v] = of_place(place, usize::from(at));
-                        places.push(Location::Face(place.face, u, v));
+                        places.push(here);
                         normals.point(quads.normals[name]);
                     }
                     corners.push(number[name]);
@@ -302,7 +304,8 @@ impl<S: Scheme> Facing<S> {
         let mut mesh = Mesh::from_parts(states.first().cloned().unwrap_or_default(), corners, starts)?;
         mesh.normals = normals.into_layer();
         let tolerance = self.aim.chords.iter().copied().fold(0.0, f64::max);
-        Ok(Faceted { drawn: Drawn::Mesh(mesh), states, tolerance, error, certified, places })
+        let drawn = Drawn::Mesh(mesh);
+        Ok(Faceted { drawn, states, tolerance, error, certified, places, corners: of_corners })
     }
 
     /// The normal of its own that a face has at one of its points ([`Quads::numbers`]).
