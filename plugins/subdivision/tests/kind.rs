@@ -8,7 +8,7 @@ use loftsman_kernel::conformance::kind_conformance;
 use loftsman_kernel::plugin::{
     Chord, DeclaredShape, Drawn, Fineness, KindOf, Parameters, Plugin, Registry, ShapeKind, Splines,
 };
-use loftsman_kernel::shape::{Derivative, Shape};
+use loftsman_kernel::shape::{Derivative, Location, Shape};
 use loftsman_subdivision::{BoundaryRule, Subdivision, SubdivisionSurface};
 
 #[test]

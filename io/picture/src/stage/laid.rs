@@ -317,3 +317,51 @@ fn borders(shape: &dyn Shape, mesh: &Mesh, corners: &[Location]) -> (Vec<Edge>, 
     };
     (kinds.into_iter().zip(&segments).flat_map(chains).collect(), smooth.len())
 }
+
+#[cfg(test)]
+mod tests {
+    use loftsman_kernel::Point;
+    use loftsman_kernel::plugin::{Chord, Drawn, Fineness};
+    use loftsman_subdivision::doo_sabin::DooSabinSurface;
+    use loftsman_subdivision::{Cage, SubdivisionSurface};
+
+    use super::super::finer::finer;
+    use super::*;
+
+    fn laid(shape: CustomShape) -> Laid {
+        let found = shape.tessellate(&Fineness { chord: Chord::Relative(1e-2), angle: 1.0 }).unwrap();
+        let Drawn::Mesh(mesh) = found.drawn else { panic!("a surface") };
+        let shell = Laid::shell(shape, mesh, &found.corners).unwrap().unwrap();
+        finer(&shell).unwrap().laid.unwrap()
+    }
+
+    /// At how many corners of triangles the mean curvature is another a little further inside: it jumps there. Those that have none at a corner are left
+    /// out, for round an extraordinary point it goes on and on.
+    fn jumps(laid: &Laid) -> usize {
+        let mean = |at: Location| laid.curvature(at).map(|found| found.mean);
+        let at_corner = |own: &[u32; 3], k: usize| {
+            let inside = [0, 1, 2].map(|j| if j == k { 0.96 } else { 0.02 });
+            let [one, other] = [laid.places[own[k] as usize], laid.within(own, inside)?].map(mean);
+            Some((one? - other?).abs() > 0.1 * one?.abs())
+        };
+        let jumps = laid.corners.iter().map(|own| [0, 1, 2].map(|k| at_corner(own, k)));
+        jumps.filter(|at| at.iter().all(Option::is_some)).flatten().filter(|jump| *jump == Some(true)).count()
+    }
+
+    #[test]
+    fn each_triangle_has_the_curvature_of_its_own_piece() {
+        let corner = |k: usize| Point::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
+        let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let cage = || Cage::new((0..8).map(corner).collect(), &faces).unwrap();
+        let mut biquadratic = laid(DooSabinSurface::new(cage()).unwrap().into());
+        let before = jumps(&biquadratic);
+        biquadratic.part();
+        let after = jumps(&biquadratic);
+        assert!(before > 100 && after * 20 < before, "{before} {after}");
+        // Bicubic pieces go on smoothly, and keep the places that they share.
+        let mut bicubic = laid(SubdivisionSurface::new(cage()).unwrap().into());
+        let places = bicubic.places.clone();
+        bicubic.part();
+        assert_eq!(bicubic.places, places);
+    }
+}
