@@ -28,7 +28,7 @@ pub struct LeftOut {
 }
 
 /// Levels that are looked at with the points as they are.
-const OWN: u32 = 4;
+const OWN: u32 = 6;
 /// Levels after which what is left is compared with what it was.
 const APART: u32 = 6;
 
@@ -106,16 +106,16 @@ impl SubdivisionSurface {
     /// Bounds of what the [cells](loftsman_kernel::shape::Cells) leave out, and with them all integrals over the surface.
     ///
     /// A quadrant with an extraordinary vertex is three bicubic pieces and a smaller one, and so on. The area of a piece is at most the
-    /// product of the longest differences of its net along `u` and `v`, which bound its derivatives. Four levels are summed like this; the
+    /// product of the longest differences of its net along `u` and `v`, which bound its derivatives. Six levels are summed like this; the
     /// rest is at most `a d² / (1 - γ²)`: of a neighbourhood with diameter `d` the rows of six further levels bound the area by `a d²`, and
     /// the diameter of what then remains by `γ d` (half the sum of the sizes of the difference of any two rows). So nothing is estimated;
     /// the bound is some times what is left out.
     ///
     /// Instead of the quadrants at a vertex volumes have the cones over the cells round them, with the limit `c` of the vertex as their apex. With
     /// `c` as origin, which is free where these and the quadrants together bound something, a cone has no volume
-    /// `⅓ ∫∫ (S - c)·(S_u × S_v)`: what volumes are off by is that of the quadrants. The pieces of the four levels are integrated exactly; the rest
-    /// has at most a third of its area times the largest distance that a vertex of its neighbourhood has from `c`. Cost: some 50 µs a quadrant that
-    /// is left out, and its limit.
+    /// `⅓ ∫∫ (S - c)·(S_u × S_v)`: what volumes are off by is that of the quadrants. The pieces of the six levels are integrated exactly; the rest
+    /// has at most a third of its area times the largest distance that a vertex of its neighbourhood has from `c`. Cost: some tens of microseconds
+    /// a quadrant that is left out, of which its limit is a part.
     ///
     /// # Errors
     /// When a face has more than 2048 vertices in the faces round it.
