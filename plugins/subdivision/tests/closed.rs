@@ -388,4 +388,15 @@ fn holes_count_as_their_faces_do() {
     assert!((said(1.0, false) - whole).abs() < 1e-13 * whole, "{} {whole}", said(1.0, false));
     assert!((said(-1.0, false) + whole).abs() < 1e-13 * whole);
     assert!((said(1.0, true) - whole).abs() > 1e-2 * whole, "{} {whole}", said(1.0, true));
+    // Then it depends on the origin: beside another a thousand sizes away it is another.
+    let torus = shifted(&SubdivisionSurface::new(ring()).unwrap(), Vector::new(1024.0, -512.0, 256.0));
+    let beside = |shape: &dyn Shape| {
+        let [alone, other] = [shape, torus.as_ref()].map(|shape| together(&[shape]));
+        (together(&[shape, torus.as_ref()]) - alone - other).abs()
+    };
+    assert!(beside(&surface) < 1e-11 * whole);
+    // Holes at the two ends of a double fan have opposite areas; those of this one do not.
+    let surface = SubdivisionSurface::with_depth(stirred(&refine(&cube()).unwrap(), 0.2), 2).unwrap();
+    let open = beside(&Said { surface, sense: 1.0, partial: true });
+    assert!(open > 1e-6 * whole, "{open:e}");
 }
