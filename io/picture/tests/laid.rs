@@ -206,6 +206,14 @@ fn colours_do_not_blend_over_a_crease_that_never_ends() {
     assert_eq!(tones.len(), 1, "{tones:?}");
 }
 
+/// The product of both curvatures is rounding where one of them is.
+#[test]
+fn what_bends_one_way_only_has_no_gaussian_curvature() {
+    let said = texts(&painted(&limit(drum(24)), Curvature::Gaussian));
+    let none = |text: &String| text.contains("curvature: 0/mm") && text.ends_with(" everywhere");
+    assert!(said.iter().any(none), "{said:?}");
+}
+
 #[test]
 fn distances_are_those_of_the_limit() {
     let flat = limit(tent(0.0));

@@ -352,9 +352,12 @@ fn stripe(normal: &Vector, toward: &Vector) -> Option<f64> {
 /// A curvature found on the stage, of a scene of a size; none where it is infinite.
 fn bent(which: Curvature, found: &SurfaceCurvature, size: f64) -> Option<f64> {
     let power = which.power();
+    // What is drawn is of size 1 on the stage: what bends less is flat, as is what bends one way only where both ways are multiplied; what is left of
+    // rounding would be painted as if it were all.
+    let [a, b] = found.principal.map(f64::abs);
+    let flat = if power == 2 { FLAT * (a.max(b) * a.max(b)).max(FLAT) } else { FLAT };
     let found = which.of(found);
-    // What is drawn is of size 1 on the stage: what bends less is flat, and what is left of rounding would be painted as if it were all.
-    let found = if found.abs() < FLAT.powi(power) { 0.0 } else { found };
+    let found = if found.abs() < flat { 0.0 } else { found };
     Some(found / size.powi(power)).filter(|value| value.is_finite())
 }
 
