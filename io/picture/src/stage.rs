@@ -8,6 +8,7 @@ pub(crate) mod feet;
 pub(crate) mod finer;
 pub(crate) mod laid;
 pub(crate) mod piece;
+mod ridge;
 pub(crate) mod scenery;
 pub(crate) mod shell;
 pub(crate) mod solid;

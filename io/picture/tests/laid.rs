@@ -252,6 +252,29 @@ fn distances_are_those_of_the_limit() {
     assert!(said.iter().any(|text| text.contains("has no state before")), "{said:?}");
 }
 
+/// What has its foot on a sharp edge or at a sharp corner is outside where all of what meets there has it outside.
+#[test]
+fn what_is_moved_outwards_at_something_sharp_is_outside() {
+    let edge = |cage: Cage| cage.with_crease(6, 7, f64::INFINITY).unwrap();
+    let corner = |cage: Cage| cage.with_corner(7, f64::INFINITY).unwrap();
+    for sharp in [&edge as &dyn Fn(Cage) -> Cage, &corner] {
+        let mut moved = cube();
+        for v in [6, 7] {
+            moved.points_mut()[v] += Vector::new(if v == 7 { 0.3 } else { -0.3 }, 0.5, 0.4);
+        }
+        let (before, after) = (limit(sharp(cube())), limit(sharp(moved)));
+        let picture = Picture::of(&after).before(&before).draw_before(false).faces(Faces::Deviation);
+        for view in [View::Top, View::From(Vector::new(0.5, 2.0, 1.0))] {
+            let rows = faces(&picture, view);
+            let blue =
+                rows.iter().flatten().flatten().filter(|p| i32::from(p[2]) - i32::from(p[0]) > 20).count();
+            let red =
+                rows.iter().flatten().flatten().filter(|p| i32::from(p[0]) - i32::from(p[2]) > 60).count();
+            assert!(red > 1000 && blue == 0, "{view:?}: {red} {blue}");
+        }
+    }
+}
+
 #[test]
 fn lines_are_the_borders_of_faces_and_no_triangles() {
     let after = limit(cube());

@@ -4,6 +4,7 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::shape::{Derivative, Location, Shape};
 
 use super::laid::{Laid, parameters};
+use super::ridge::Ridges;
 use super::shell::Shell;
 
 /// Triangles in a leaf.
@@ -32,6 +33,7 @@ pub(crate) struct Feet<'a> {
     surface: &'a dyn Shape,
     order: Vec<usize>,
     nodes: Vec<Node>,
+    ridges: Ridges,
 }
 
 /// The point of a triangle that is nearest to another, by its shares of the corners.
@@ -47,7 +49,8 @@ impl<'a> Feet<'a> {
     pub(crate) fn of(shell: &'a Shell) -> Option<Self> {
         let laid = shell.laid.as_ref()?;
         let order = (0..shell.skin.triangles.len()).collect();
-        let mut feet = Self { shell, laid, surface: laid.surface()?, order, nodes: Vec::new() };
+        let ridges = Ridges::of(&shell.skin.triangles, &shell.points, |k| laid.origin(k));
+        let mut feet = Self { shell, laid, surface: laid.surface()?, order, nodes: Vec::new(), ridges };
         feet.build(0, feet.order.len());
         Some(feet)
     }
@@ -82,7 +85,8 @@ impl<'a> Feet<'a> {
         self.build(half, to);
     }
 
-    /// How far a point is from the surface, negative on the side away from its normal; `None` where it has no triangle.
+    /// How far a point is from the surface, negative on the side away from its normal (at what is sharp, from the mean of those round it); `None` where
+    /// it has no triangle.
     pub(crate) fn distance(&self, p: &Vector) -> Option<f64> {
         let foot = self.nearest(p)?;
         let (at, away) = self.on_surface(p, &foot).unzip();
@@ -91,7 +95,12 @@ impl<'a> Feet<'a> {
         let on_triangle = a * foot.shares[0] + b * foot.shares[1] + c * foot.shares[2];
         let normal = at.and_then(|at| self.laid.normal(at, &flat)).unwrap_or(flat);
         let away: Vector = away.unwrap_or(p - on_triangle);
-        Some(if normal.dot(&away) < 0.0 { -away.norm() } else { away.norm() })
+        let own = self.shell.skin.triangles[foot.triangle].map(|k| self.laid.origin(k));
+        let side = match self.ridges.normal(own, foot.shares) {
+            Some(normal) => normal.dot(&(p - on_triangle)),
+            None => normal.dot(&away),
+        };
+        Some(if side < 0.0 { -away.norm() } else { away.norm() })
     }
 
     /// The nearest of all triangles.

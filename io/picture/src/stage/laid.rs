@@ -86,6 +86,11 @@ impl Laid {
         Ok(Some(Shell { skin, points, normals, laid: Some(laid) }))
     }
 
+    /// The first of the points that are doubled from the same one as a point.
+    pub(super) fn origin(&self, point: u32) -> u32 {
+        self.origins.get(point as usize).copied().unwrap_or(point)
+    }
+
     /// Whether it is a surface of many faces.
     pub(crate) fn has_faces(&self) -> bool {
         self.places.first().is_some_and(|at| at.is_on_face())
