@@ -83,8 +83,8 @@ impl Painting {
             map_end_of_all(painting.bodies.iter().flat_map(|b| &b.values).copied())
         } else {
             let counted =
-                |b: &'_ Painted| if b.by_area.is_empty() { b.values.clone() } else { b.by_area.clone() };
-            map_end(painting.bodies.iter().flat_map(counted))
+                painting.bodies.iter().map(|b| if b.by_area.is_empty() { &b.values } else { &b.by_area });
+            map_end(counted.flatten().copied())
         };
         painting
     }

@@ -3,7 +3,6 @@
 use loftsman_kernel::Vector;
 
 use crate::depth::{Depth, ON_EDGE};
-
 use crate::draw::face::{Copies, LONG, Lines, Weight, trace};
 use crate::draw::light::{light, tone, tones};
 use crate::draw::paint::Brush;

@@ -4,21 +4,23 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use loftsman_kernel::Vector;
 
+use super::shell::pair;
+
 /// Triangles that meet at more are sharp there: its cosine, of 45 degrees.
 const SHARP: f64 = 0.7;
 
-/// The sharp edges and vertices of triangles, each with the sum of the unit normals round it, every one times the angle that its triangle has there: of a
-/// point whose foot is there it says the side, which the normal of one of the triangles does not (Bærentzen and Aanæs 2005).
+/// The sharp edges and vertices of triangles, each with the sum of the unit normals round it, at vertices every one times the angle that its triangle has
+/// there: of a point whose foot is there it says the side, which the normal of one of the triangles does not (Bærentzen and Aanæs 2005).
 #[derive(Debug, Default)]
 pub(super) struct Ridges {
-    edges: BTreeMap<[u32; 2], Vector>,
+    edges: BTreeMap<(u32, u32), Vector>,
     vertices: BTreeMap<u32, Vector>,
 }
 
 impl Ridges {
     /// Of triangles over some points, where `origin` says which of them are one. Takes `n log n`.
     pub(super) fn of(triangles: &[[u32; 3]], points: &[Vector], origin: impl Fn(u32) -> u32) -> Self {
-        let mut beside: BTreeMap<[u32; 2], Vec<Vector>> = BTreeMap::new();
+        let mut beside: BTreeMap<(u32, u32), Vec<Vector>> = BTreeMap::new();
         let mut around: BTreeMap<u32, Vec<(Vector, f64)>> = BTreeMap::new();
         for triangle in triangles {
             let corners = triangle.map(|k| points[k as usize]);
@@ -31,11 +33,8 @@ impl Ridges {
                 beside.entry(pair(origin(triangle[a]), origin(triangle[b]))).or_default().push(normal);
             }
         }
-        let is_sharp = |normals: &Vec<Vector>| {
-            normals.iter().enumerate().any(|(k, a)| normals[..k].iter().any(|b| a.dot(b) < SHARP))
-        };
-        beside.retain(|_, normals| is_sharp(normals));
-        let ends: BTreeSet<u32> = beside.keys().flatten().copied().collect();
+        beside.retain(|_, normals| normals.iter().any(|n| n.dot(&normals[0]) < SHARP));
+        let ends: BTreeSet<u32> = beside.keys().flat_map(|&(a, b)| [a, b]).collect();
         let turned = |(vertex, normals): &(u32, Vec<(Vector, f64)>)| {
             ends.contains(vertex) || normals.iter().any(|(n, _)| n.dot(&normals[0].0) < SHARP)
         };
@@ -55,10 +54,6 @@ impl Ridges {
             _ => None,
         }
     }
-}
-
-fn pair(a: u32, b: u32) -> [u32; 2] {
-    if a < b { [a, b] } else { [b, a] }
 }
 
 #[cfg(test)]
