@@ -4,6 +4,7 @@ use loftsman::kernel::plugin::{Context, CustomShape, Parameters};
 use loftsman::kernel::scene::{Geometry, Object, Scene};
 use loftsman::kernel::spline::{Curve, Surface};
 use loftsman::kernel::{Point, Vector};
+use loftsman::subdivision::doo_sabin::DooSabinSurface;
 use loftsman::subdivision::{Cage, SubdivisionSurface};
 use serde_json::{Value, json};
 
@@ -96,6 +97,49 @@ fn a_limit_surface_has_colours_too_and_a_plane_none() {
     assert!(said.contains("mean curvature 0 everywhere"), "{said}");
     let Geometry::Mesh(mesh) = scene.object("s").unwrap().geometry() else { panic!("a mesh") };
     assert!(mesh.colors.values().iter().all(|c| c[0] == c[2]));
+}
+
+/// At a crease each side has its own curvature: nothing of the bent side is blended into the flat one. A surface of degree 2 has jumps between its pieces,
+/// so that each triangle has its own.
+#[test]
+fn a_crease_parts_the_colours() {
+    let corner = |k: usize| Point::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let cage = || Cage::new((0..8).map(corner).collect(), &faces).unwrap();
+    let mut creased = cage();
+    for [a, b] in [[4, 5], [5, 7], [7, 6], [6, 4]] {
+        creased = creased.with_crease(a, b, 20.0).unwrap();
+    }
+    let shape = SubdivisionSurface::new(creased).unwrap();
+    let fields = json!({ "colors": "mean", "range": [-4, 4] });
+    let (scene, said) = tessellated(CustomShape::from(shape).into(), fields.clone()).unwrap();
+    let Geometry::Mesh(mesh) = scene.object("s").unwrap().geometry() else { panic!("a mesh") };
+    mesh.check().unwrap();
+    let corners: Vec<(Point, f64)> = mesh
+        .corners()
+        .iter()
+        .enumerate()
+        .map(|(k, &p)| (mesh.points()[p as usize], share(*mesh.colors.at(k, p).unwrap())))
+        .collect();
+    let (mut flat, mut bent) = (0, 0);
+    for triangle in corners.chunks(3) {
+        let is_top = triangle.iter().all(|(p, _)| p.z == 1.0);
+        for (p, value) in triangle {
+            if is_top {
+                assert!((value - 0.5).abs() < 1e-9, "{p} {value} on the flat top: {said}");
+                flat += 1;
+            } else if p.z == 1.0 {
+                assert!((value - 0.5).abs() > 0.01, "{p} {value} below the crease: {said}");
+                bent += 1;
+            }
+        }
+    }
+    assert!(flat > 100 && bent > 50, "{flat} {bent}");
+    let shape = DooSabinSurface::new(cage()).unwrap();
+    let (scene, _) = tessellated(CustomShape::from(shape).into(), fields).unwrap();
+    let Geometry::Mesh(mesh) = scene.object("s").unwrap().geometry() else { panic!("a mesh") };
+    mesh.check().unwrap();
+    assert_eq!(mesh.colors.values().len(), 3 * mesh.face_count());
 }
 
 #[test]

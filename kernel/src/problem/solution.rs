@@ -35,7 +35,7 @@ impl Problem {
     pub fn solve(&self, solver: &dyn Solver) -> Result<Solution, EditError> {
         if let Some(functional) = self.nonlinear() {
             return Err(SolveError::Unsupported(format!(
-                "\"{}\" is not linear in the control vertices: solve it in a session",
+                "{} is not linear in the control vertices: solve it in a session",
                 functional.describe()
             ))
             .into());

@@ -33,6 +33,28 @@ impl Location {
         matches!(self, Self::Face(..) | Self::Vertex(_))
     }
 
+    /// The place whose parameters are those of others, each times its share; `None` where these are not all on one curve, one patch or one face. `O(n)`.
+    pub fn mean(places: &[(Self, f64)]) -> Option<Self> {
+        let (mut on, mut at) = (None, [0.0; 2]);
+        for &(place, share) in places {
+            let (face, [u, v]) = match place {
+                Self::Curve(u) => (Self::Curve(0.0), [u, 0.0]),
+                Self::Surface(u, v) => (Self::Surface(0.0, 0.0), [u, v]),
+                Self::Face(face, u, v) => (Self::Face(face, 0.0, 0.0), [u, v]),
+                Self::Vertex(_) => return None,
+            };
+            if on.is_some_and(|on| on != face) {
+                return None;
+            }
+            (on, at) = (Some(face), [at[0] + share * u, at[1] + share * v]);
+        }
+        on.map(|on| match on {
+            Self::Curve(_) => Self::Curve(at[0]),
+            Self::Face(face, ..) => Self::Face(face, at[0], at[1]),
+            _ => Self::Surface(at[0], at[1]),
+        })
+    }
+
     /// The parameter on a curve.
     ///
     /// # Errors

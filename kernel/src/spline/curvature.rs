@@ -133,7 +133,8 @@ impl Normal {
 
 impl SurfaceCurvature {
     /// Of any shape of two parameters at a place on it: the same from first and second derivatives; `None` where it has no tangent plane
-    /// (`S_u × S_v` vanishes) or the shape has no second derivatives. Cost: five rows of the shape.
+    /// (`S_u × S_v` vanishes: over its domain one is below 1e-10 of the other, or they are parallel to 1e-10, which is rounding) or the shape has no
+    /// second derivatives. Cost: five rows of the shape.
     ///
     /// # Errors
     /// When the shape has no such place.
@@ -144,6 +145,14 @@ impl SurfaceCurvature {
         for (value, by) in jet.iter_mut().zip(by) {
             let Ok(found) = shape.value(at, by) else { return Ok(None) };
             *value = found;
+        }
+        let domain = match at {
+            Location::Face(face, ..) => shape.face_domain(face),
+            _ => shape.domain(),
+        };
+        let length = |k: usize| domain.get(k).map_or(1.0, |side| side.end - side.start);
+        if !are_independent(jet[0] * length(0), jet[1] * length(1)) {
+            return Ok(None);
         }
         Ok(unit_cross(&jet[0], &jet[1]).map(|normal| Self::with_normal(normal, jet)))
     }
@@ -164,6 +173,16 @@ impl SurfaceCurvature {
         let gaussian = xx * yy - xy * xy;
         Self { normal, first, second, principal, gaussian, mean }
     }
+}
+
+/// One of two steps over the domain is so small a part of the other, or the sine between them is so small, that it is rounding.
+const VANISHING: f64 = 1e-10;
+
+/// Whether two steps span a plane.
+fn are_independent(a: Vector, b: Vector) -> bool {
+    let (one, other) = (a.norm(), b.norm());
+    let sine = || (a / one).cross(&(b / other)).norm();
+    one.min(other) > VANISHING * one.max(other) && sine() > VANISHING
 }
 
 impl Curve {
@@ -245,7 +264,7 @@ impl Surface {
     }
 
     /// Fundamental forms and curvatures at `(u, v)`; `None` where the surface has no tangent plane of its own
-    /// (`S_u × S_v` vanishes).
+    /// (`S_u × S_v` vanishes, to the same rounding as in [`SurfaceCurvature::of`]).
     ///
     /// # Errors
     /// When a parameter is outside the domain.
@@ -254,6 +273,9 @@ impl Surface {
         self.derivatives_into(u, v, [2, 2], &mut jet)?;
         let [_, sv, svv, su, suv, _, suu, ..] = jet;
         let Normal::Regular(normal) = self.normal_from((u, v), su, sv, suv) else { return Ok(None) };
+        if !are_independent(su * self.u().length(), sv * self.v().length()) {
+            return Ok(None);
+        }
         Ok(Some(SurfaceCurvature::with_normal(normal, [su, sv, suu, suv, svv])))
     }
 }
@@ -318,6 +340,31 @@ mod tests {
             assert!(SurfaceCurvature::of(&sphere, Location::Surface(0.5, 1.5)).is_err());
             assert_eq!(SurfaceCurvature::of(&sphere, Location::Surface(0.5, 1.0)).unwrap(), None);
         }
+    }
+
+    /// At a pole that is one to rounding only, and at a corner of 180 degrees, there is none; a strip of any proportions has its own.
+    #[test]
+    fn what_vanishes_to_rounding_gives_no_curvature() {
+        let line = || Space::clamped(1, &[0.0, 1.0]).unwrap();
+        let patch = |corners: [[f64; 3]; 4]| {
+            Surface::new(line(), line(), corners.map(|[x, y, z]| Point::new(x, y, z)).to_vec()).unwrap()
+        };
+        let pole = patch([[0.0, 0.0, 0.0], [1.0, 0.0, 1.0], [0.0, 1e-17, 1e-17], [1.0, 1.0, 0.0]]);
+        let flat = patch([[0.0, 0.0, 0.0], [1.0, 1e-16, 0.0], [-1.0, 1e-16, 1e-17], [0.0, 1.0, 1.0]]);
+        for surface in [pole, flat] {
+            let at = Location::Surface(0.0, 0.0);
+            assert_eq!(SurfaceCurvature::of(&surface, at).unwrap(), None);
+            assert_eq!(surface.curvature(0.0, 0.0).unwrap(), None);
+            let inside = SurfaceCurvature::of(&surface, Location::Surface(0.5, 0.5)).unwrap().unwrap();
+            // Both lie in a plane.
+            assert!(inside.gaussian.abs() < 1e-9, "{}", inside.gaussian);
+        }
+        let long = Space::clamped(1, &[0.0, 1e12]).unwrap();
+        let net = vec![[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 1.0]];
+        let net = net.into_iter().map(|[x, y, z]| Point::new(x, y, z)).collect();
+        let strip = Surface::new(long, line(), net).unwrap();
+        let found = SurfaceCurvature::of(&strip, Location::Surface(0.0, 0.0)).unwrap().unwrap();
+        assert!((found.gaussian + 1.0).abs() < 1e-12, "{}", found.gaussian);
     }
 
     #[test]

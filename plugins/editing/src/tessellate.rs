@@ -119,7 +119,7 @@ impl Operation for Tessellate {
                 };
                 let (error, tolerance, certified) = (faceted.error, faceted.tolerance, faceted.certified);
                 if let Some(paint) = paint {
-                    let values = colors::of_shape(custom.shape()?, &faceted.places, paint.measure);
+                    let values = colors::of_shape(custom.shape()?, &faceted, paint.measure);
                     match (&mut faceted.drawn, values) {
                         (Drawn::Mesh(mesh), Some(values)) => note += &paint.put(mesh, values?),
                         _ => {

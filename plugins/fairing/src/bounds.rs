@@ -187,7 +187,7 @@ pub(crate) fn reach(shapes: &Shapes<'_>) -> f64 {
 /// That a functional is not linear.
 pub(crate) fn not_linear(name: &str) -> SolveError {
     SolveError::Unsupported(format!(
-        "\"{name}\" is not linear in the control vertices, and a fair shape is sought under linear constraints only: leave \
+        "{name} is not linear in the control vertices, and a fair shape is sought under linear constraints only: leave \
          it out, or use \"edit\" with the metric \"bend\""
     ))
 }

@@ -15,7 +15,7 @@ use crate::alpha::{MOST, extremes};
 use crate::curvature::bend;
 use crate::error::{FineTuneError, Result};
 use crate::local::Host;
-use crate::measure::{gram, mean};
+use crate::measure::{gram, mean, undone};
 use crate::operator::{Hosted, Tuning};
 use crate::scale::Scale;
 
@@ -87,13 +87,7 @@ pub(crate) fn solve(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &Asked<'_
     let change = apart(alpha.coefficients(), found.coefficients());
     // From 1 to what was asked, and from there back to what came.
     let wanted = apart(&vec![1.0; alpha.coefficients().len()], alpha.coefficients());
-    if wanted > 1e-9 && change > 0.5 * wanted {
-        report.notes.push(
-            "more than half of what was asked is undone so that the ends stay: give alpha more knots, tune a longer range, or hold it where \
-             it matters (alpha_at)"
-                .into(),
-        );
-    }
+    report.notes.extend(undone(change, wanted).map(str::to_owned));
     Ok(Found { curve, alpha: found, report, change, values })
 }
 

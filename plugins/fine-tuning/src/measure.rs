@@ -34,11 +34,28 @@ pub(crate) fn change(first: &Alpha, second: &Alpha) -> Result<f64> {
     if first.values() == second.values() {
         return Ok(0.0);
     }
-    let clamped = |alpha: &Alpha| alpha.clone().clamped(true, true);
-    let (first, second) = (clamped(first)?, clamped(second)?);
-    let across = if let Alpha::Net(net) = &first { net.space(Direction::V).length() } else { 1.0 };
-    let measure = first.along().length() * across;
-    Ok(mean(&mass(&first)?, first.values(), second.values(), measure))
+    let (first, second) = (first.clone().clamped(true, true)?, second.clone().clamped(true, true)?);
+    apart(&first, second.values())
+}
+
+/// The same from 1 to α: how much is asked for.
+pub(crate) fn asked(alpha: &Alpha) -> Result<f64> {
+    let alpha = alpha.clone().clamped(true, true)?;
+    apart(&alpha, &vec![1.0; alpha.values().len()])
+}
+
+fn apart(first: &Alpha, values: &[f64]) -> Result<f64> {
+    let across = if let Alpha::Net(net) = first { net.space(Direction::V).length() } else { 1.0 };
+    Ok(mean(&mass(first)?, first.values(), values, first.along().length() * across))
+}
+
+/// What there is to say where α was changed by so much from one that was asked for so far from 1.
+pub(crate) fn undone(change: f64, asked: f64) -> Option<&'static str> {
+    let is_undone = asked > 1e-9 && change > 0.5 * asked;
+    is_undone.then_some(
+        "more than half of what was asked is undone so that the ends stay: give alpha more knots, tune a longer range, or hold it where it \
+         matters (alpha_at)",
+    )
 }
 
 /// `((y - x)ᵀ M (y - x) / measure)^½`.

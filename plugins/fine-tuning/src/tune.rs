@@ -10,7 +10,7 @@ use crate::error::{FineTuneError, Result};
 use crate::fit::{fitted, raised};
 use crate::lift::{Alpha, lifted};
 use crate::lines::{across, facing, index, name};
-use crate::measure::change;
+use crate::measure::{self, change, undone};
 use crate::scaling::Scaling;
 use crate::similar::matched;
 use crate::surface::{FineTuneSurface, SurfaceReport, TunedSurface};
@@ -49,7 +49,13 @@ impl FineTuneSurface {
         };
         for direction in [Direction::U, Direction::V] {
             let (Some(first), Some(found)) = (asked.of(direction)?, scaling.of(direction)?) else { continue };
-            report.change[index(direction)] = change(&first, &found)?;
+            let change = change(&first, &found)?;
+            report.change[index(direction)] = change;
+            if change > 0.0
+                && let Some(words) = undone(change, measure::asked(&first)?)
+            {
+                report.notes.push(format!("along {}, {words}", name(direction)));
+            }
             report.alpha[index(direction)] = found.extremes()?;
         }
         Ok(TunedSurface { surface: field.into_surface()?, scaling, report })

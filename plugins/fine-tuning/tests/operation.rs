@@ -314,6 +314,16 @@ fn surfaces_in_recipes() {
     let mut scene = Scene::new();
     scene.add(Object::new("sheet", sheet.clone().into())).unwrap();
     let one = scene.clone();
+    // An extrusion whose ends stay: little of a long stretch of 3 is left.
+    let waves = (0..36).map(at).map(|(x, y)| Point::new(x, y, (0.6 * x).sin())).collect();
+    let waves = Surface::new(sheet.u().clone(), sheet.v().clone(), waves).unwrap();
+    let mut other = Scene::new();
+    other.add(Object::new("waves", waves.into())).unwrap();
+    let report = run(&mut other.clone(), json!({ "alpha_u": [1, 3, 3, 3, 1] })).unwrap();
+    let is_undone = |note: &String| note.starts_with("along u, more than half of what was asked is undone");
+    assert_eq!(report.notes.iter().filter(|note| is_undone(note)).count(), 1, "{report:?}");
+    let report = run(&mut other, json!({ "alpha_u": [1, 3, 3, 3, 1], "ends": "free" })).unwrap();
+    assert!(!report.notes.iter().any(is_undone), "{report:?}");
     let report = run(&mut scene, json!({ "alpha_u": [1, 2, 1, 1, 1], "ends": "free" })).unwrap();
     assert!(report.notes[0].contains("2 × 2 → 3 × 2"), "{report:?}");
     let after = scene.surface("sheet").unwrap();

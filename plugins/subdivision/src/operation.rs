@@ -349,13 +349,16 @@ fn tuned(parameters: &Parameters, cage: Cage) -> Result<doo_sabin::Tuned, Operat
     match parameters.value("alpha") {
         Some(value) if value.is_array() => {
             let known = ["edge", "value"].map(|name| Field::required(name, "", ""));
+            let mut once = Once::new("alpha");
             for table in parameters.tables("alpha")? {
                 table.check(&known)?;
                 let [a, b] = table.numbers("edge")?[..] else {
                     return Err(table.error("edge", "two vertices [i, j] are needed").into());
                 };
                 let edge = [index(&table, "edge", a)?, index(&table, "edge", b)?];
-                tune.scale(edge, table.number("value")?).map_err(|e| table.error("edge", e.to_string()))?;
+                let value = table.number("value")?;
+                once.say(&edge, value).map_err(|e| table.error("value", e.to_string()))?;
+                tune.scale(edge, value).map_err(|e| table.error("edge", e.to_string()))?;
             }
         }
         _ => tune.scale_all(parameters.number("alpha")?),

@@ -2,6 +2,7 @@
 
 mod around;
 mod build;
+mod sides;
 mod split;
 
 pub use around::Around;

@@ -312,6 +312,13 @@ fn what_is_wrong_is_said_with_its_place() {
             json!({ "object": "cube", "scheme": "doo-sabin", "alpha": [{ "edge": [0, 7], "value": 2 }] }),
             "alpha[0]",
         ),
+        (
+            json!({
+                "object": "cube", "scheme": "doo-sabin",
+                "alpha": [{ "edge": [4, 5], "value": 2 }, { "edge": [5, 4], "value": 3 }],
+            }),
+            "alpha[1].value: alpha of the edge between vertices",
+        ),
         (json!({ "object": "cube", "scheme": "doo-sabin", "alpha": 2, "levels": 40 }), "take fewer"),
     ] {
         let error = fails(fields.clone());

@@ -116,8 +116,19 @@ fn what_is_wrong_is_named() {
     says(
         4,
         &[&[0, 1, 2], &[0, 1, 3]],
-        "the edge between vertices 0 and 1 is run the same way by faces 0 and 1",
+        "the edge between vertices 0 and 1 is run the same way by faces 0 and 1: turn face 1 over",
     );
+    // Of a ring of six all but two run one way, and of a Möbius band of five no turning makes that of all.
+    let ring = |k: usize| [2 * k, (2 * k + 2) % 12, (2 * k + 3) % 12, 2 * k + 1];
+    let mut rings: Vec<Vec<usize>> = (0..6).map(|k| ring(k).to_vec()).collect();
+    rings[2].reverse();
+    rings[4].reverse();
+    let rings: Vec<&[usize]> = rings.iter().map(Vec::as_slice).collect();
+    says(12, &rings, "turn faces 2, 4 over");
+    let band: &[&[usize]] = &[&[0, 2, 3, 1], &[2, 4, 5, 3], &[4, 6, 7, 5], &[6, 8, 9, 7], &[8, 1, 0, 9]];
+    says(10, band, "one side only, as a Möbius band");
+    says(4, &[&[0, 1, 2, 3], &[2, 3, 0, 1]], "faces 0 and 1, which have the same vertices: remove one");
+    says(6, &[&[0, 1, 2, 3], &[1, 0, 4, 5], &[2, 1, 0, 3]], "faces 0 and 2, which have the same vertices");
     says(5, &[&[0, 1, 2], &[0, 3, 4]], "vertex 0 joins several fans of faces (1 of its 2");
     says(4, &[&[0, 1, 2]], "vertex 3 belongs to no face");
     let mut bad = points(3);

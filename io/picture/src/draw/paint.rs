@@ -4,6 +4,7 @@ use loftsman_kernel::mesh::color::{diverging, map_end, map_end_of_all};
 use loftsman_kernel::scene::Unit;
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::spline::curvature::SurfaceCurvature;
+use loftsman_kernel::text::counted;
 use loftsman_kernel::{Point, Vector};
 
 use crate::choices::{Curvature, Faces};
@@ -168,7 +169,16 @@ impl Painting {
         }
         let values = match (self.faces, &shell.laid) {
             (Faces::Curvature(which), Some(laid)) => {
-                laid.values(&shell.skin, |at| bent(which, &laid.curvature(at)?, size))
+                let value = |at| bent(which, &laid.curvature(at)?, size);
+                let (values, without) = laid.values(&shell.skin, value);
+                if without > 0 && laid.has_faces() {
+                    self.notes.push(format!(
+                        "\"{}\" has no curvature at {}, where it may grow without bound: the numbers are those of the points drawn",
+                        body.object.name(),
+                        counted(without, "point[|s]")
+                    ));
+                }
+                values
             }
             (Faces::Deviation, Some(laid)) => {
                 let old = stage.old.iter().find(|old| old.object.name() == body.object.name());
@@ -181,7 +191,7 @@ impl Painting {
                         laid.values_of_points(&shell, |p| deviation(old, p).map(|d| d * size))
                     }
                     Some(_) => self.without(body, "was something else before"),
-                    None if stage.had(body) => laid.values(&shell.skin, |_| Some(0.0)),
+                    None if stage.had(body) => laid.values(&shell.skin, |_| Some(0.0)).0,
                     None => self.without(body, NEW),
                 }
             }

@@ -157,7 +157,8 @@ impl Form {
                     net,
                 });
             }
-            Some(Splines::Surfaces(surfaces)) if surfaces.len() == 1 => {
+            // Of many faces all borders are told apart, where a spline that closes on itself has seams.
+            Some(Splines::Surfaces(surfaces)) if surfaces.len() == 1 && staged.shape()?.faces().is_none() => {
                 return Self::surface(&surfaces[0], coordinates(surfaces[0].points()), None);
             }
             _ => {}

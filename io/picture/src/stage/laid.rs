@@ -1,6 +1,6 @@
 //! Triangles of a plug-in's surface that know where on it they are: their normals, the borders of its faces and the values at its places.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
 use loftsman_kernel::mesh::{Layer, Mesh};
@@ -17,9 +17,6 @@ const BESIDE: f64 = 0.25;
 
 /// Inside a triangle and yet as good as at its corner, by the same measure.
 const INSIDE: f64 = 1.0 / 64.0;
-
-/// The square of a derivative that is so small a part of the other's has vanished: it is rounding. So has that of the sine between both.
-const VANISHING: f64 = 1e-20;
 
 /// What triangles are laid over.
 #[derive(Debug, Clone)]
@@ -101,12 +98,9 @@ impl Laid {
         self.shape.shape().ok()
     }
 
-    /// Its curvature at a place; `None` where it has none, as at a pole, where all of a line of equal parameter is one point to rounding.
+    /// Its curvature at a place; `None` where it has none, as at a pole.
     pub(crate) fn curvature(&self, at: Location) -> Option<SurfaceCurvature> {
-        let found = SurfaceCurvature::of(self.surface()?, at).ok().flatten()?;
-        let [e, f, g] = found.first;
-        let is_regular = e.min(g) > VANISHING * e.max(g) && e * g - f * f > VANISHING * e * g;
-        is_regular.then_some(found)
+        SurfaceCurvature::of(self.surface()?, at).ok().flatten()
     }
 
     /// Gives each triangle places of its own, a little inside, where second derivatives jump within faces: between pieces of degree 2, which begin
@@ -137,13 +131,20 @@ impl Laid {
 
     /// The values of a function of places ([`Shell::painted_at`]). Where it has none, as at an extraordinary vertex, it is the mean of those just
     /// beside, in all triangles at the point; where there are none either, that of its neighbours; and 0 where there is none at all.
-    pub(crate) fn values(&self, skin: &Skin, value: impl Fn(Location) -> Option<f64> + Sync) -> Vec<f64> {
+    /// Beside them, at how many points it has none.
+    pub(crate) fn values(
+        &self,
+        skin: &Skin,
+        value: impl Fn(Location) -> Option<f64> + Sync,
+    ) -> (Vec<f64>, usize) {
         let mut found = parallel::map(self.places.len(), |k| value(self.places[k]));
+        let mut without = BTreeSet::new();
         let mut beside: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
         for (triangle, own) in skin.triangles.iter().zip(&self.corners) {
             for k in (0..3).filter(|&k| found[own[k] as usize].is_none()) {
                 let mut shares = [0.5 * BESIDE; 3];
                 shares[k] = 1.0 - BESIDE;
+                without.insert(self.origin(triangle[k]));
                 if let Some(value) = self.within(own, shares).and_then(&value) {
                     let (sum, count) = beside.entry(triangle[k]).or_default();
                     (*sum, *count) = (*sum + value, *count + 1.0);
@@ -157,7 +158,7 @@ impl Laid {
             }
         }
         self.spread(&mut found);
-        found.into_iter().map(|value| value.unwrap_or(0.0)).collect()
+        (found.into_iter().map(|value| value.unwrap_or(0.0)).collect(), without.len())
     }
 
     /// The values of a function of points, at each place of a shell that is laid so.
@@ -221,17 +222,9 @@ impl Laid {
 
     /// The place within a triangle that has these shares of its corners; `None` where these are not on one face.
     pub(super) fn within(&self, corners: &[u32; 3], shares: [f64; 3]) -> Option<Location> {
-        let mut at = [0.0; 2];
-        let mut on = None;
-        for (&corner, share) in corners.iter().zip(shares) {
-            let (face, uv) = parameters(self.places[corner as usize])?;
-            if on.is_some_and(|on| on != face) {
-                return None;
-            }
-            on = Some(face);
-            at = [0, 1].map(|k| at[k] + share * uv[k]);
-        }
-        Some(self.clamped(self.places[corners[0] as usize], at))
+        let place = |k: usize| self.places[corners[k] as usize];
+        let (_, at) = parameters(Location::mean(&[0, 1, 2].map(|k| (place(k), shares[k])))?)?;
+        Some(self.clamped(place(0), at))
     }
 
     /// The place with these parameters on the face of another, or the nearest in its domain.

@@ -1,9 +1,11 @@
 //! The curvature of a surface as colours of the points of its mesh.
 
+use std::collections::{HashMap, HashSet};
+
 use loftsman_kernel::error::Result;
 use loftsman_kernel::mesh::color::{diverging, from_srgb, map_end};
 use loftsman_kernel::mesh::{Layer, Mesh};
-use loftsman_kernel::plugin::{ParameterError, Parameters};
+use loftsman_kernel::plugin::{Drawn, Faceted, ParameterError, Parameters};
 use loftsman_kernel::shape::{Location, Shape};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::spline::curvature::{CurvatureMeasure, SurfaceCurvature};
@@ -36,10 +38,10 @@ impl Paint {
         Ok(Some(Self { measure, range }))
     }
 
-    /// Gives each point of a mesh the colour of its value, or of the mean of its neighbours' where it has none; says what the colours mean.
-    pub(super) fn put(self, mesh: &mut Mesh, mut values: Vec<Option<f64>>) -> String {
-        let without = values.iter().filter(|v| v.is_none()).count();
-        spread(mesh, &mut values);
+    /// Gives a mesh the colours of its values, where there is none of the mean of its neighbours'; says what the colours mean.
+    pub(super) fn put(self, mesh: &mut Mesh, values: Values) -> String {
+        let without = values.points_without(mesh);
+        let Values { of: values, corners } = values.spread(mesh);
         let [low, high] = self.range.unwrap_or_else(|| {
             let end = map_end(values.iter().flatten().copied());
             [-end, end]
@@ -50,9 +52,10 @@ impl Paint {
             let [r, g, b] = value.map_or(GREY, |v| diverging(share(v))).map(|byte| from_srgb(byte / 255.0));
             [r, g, b, 1.0]
         };
-        mesh.colors = Layer::per_point(values.iter().map(color).collect());
+        let colors = values.iter().map(color).collect();
         let mut said = if high > low {
-            let beyond = values.iter().flatten().filter(|v| !(low..=high).contains(v)).count();
+            let is_beyond = |v: Option<f64>| v.is_some_and(|v| !(low..=high).contains(&v));
+            let beyond = points_where(mesh, |k, p| is_beyond(values[slot(&corners, k, p)]));
             let middle = 0.5 * (low + high);
             let mut said =
                 format!("; {} from {low} (blue) over {middle} to {high} (vermilion)", self.measure.name());
@@ -62,6 +65,10 @@ impl Paint {
             said
         } else {
             format!("; {} 0 everywhere", self.measure.name())
+        };
+        mesh.colors = match corners {
+            None => Layer::per_point(colors),
+            Some(corners) => Layer::per_corner(colors, corners),
         };
         if without > 0 {
             said += &format!(
@@ -73,70 +80,147 @@ impl Paint {
     }
 }
 
-/// Gives points that have no value the mean of those of their faces that have one, from one point to the next.
-fn spread(mesh: &Mesh, values: &mut [Option<f64>]) {
-    loop {
-        let mut sums = vec![(0.0, 0_u32); values.len()];
-        for face in mesh.starts().windows(2) {
-            let corners = &mesh.corners()[face[0]..face[1]];
-            let (mut sum, mut count) = (0.0, 0);
-            for value in corners.iter().filter_map(|&p| values[p as usize]) {
-                (sum, count) = (sum + value, count + 1);
+/// Values on a mesh: one for each point, or, where what is on both sides of a crease differs, several.
+#[derive(Debug, Clone)]
+pub(super) struct Values {
+    of: Vec<Option<f64>>,
+    /// Which of them each corner of the mesh has; `None` where they are those of its points.
+    corners: Option<Vec<u32>>,
+}
+
+/// The number of a corner's value.
+fn slot(corners: &Option<Vec<u32>>, corner: usize, point: u32) -> usize {
+    corners.as_ref().map_or(point, |all| all[corner]) as usize
+}
+
+/// How many points have a corner that is so.
+fn points_where(mesh: &Mesh, is_so: impl Fn(usize, u32) -> bool) -> usize {
+    let corners = mesh.corners().iter().enumerate();
+    corners.filter(|(k, p)| is_so(*k, **p)).map(|(_, p)| *p).collect::<HashSet<u32>>().len()
+}
+
+impl Values {
+    fn points_without(&self, mesh: &Mesh) -> usize {
+        points_where(mesh, |k, p| self.of[slot(&self.corners, k, p)].is_none())
+    }
+
+    /// Gives what has no value the mean of those of its faces that have one, from one to the next.
+    fn spread(mut self, mesh: &Mesh) -> Self {
+        let slots: Vec<usize> =
+            mesh.corners().iter().enumerate().map(|(k, p)| slot(&self.corners, k, *p)).collect();
+        loop {
+            let mut sums = vec![(0.0, 0_u32); self.of.len()];
+            for face in mesh.starts().windows(2) {
+                let own = &slots[face[0]..face[1]];
+                let (mut sum, mut count) = (0.0, 0);
+                for value in own.iter().filter_map(|&k| self.of[k]) {
+                    (sum, count) = (sum + value, count + 1);
+                }
+                for &k in own.iter().filter(|&&k| self.of[k].is_none()) {
+                    let (all, times) = &mut sums[k];
+                    (*all, *times) = (*all + sum, *times + count);
+                }
             }
-            for &p in corners.iter().filter(|&&p| values[p as usize].is_none()) {
-                let (all, times) = &mut sums[p as usize];
-                (*all, *times) = (*all + sum, *times + count);
+            let mut any = false;
+            for (value, (sum, count)) in self.of.iter_mut().zip(sums) {
+                if value.is_none() && count > 0 {
+                    *value = Some(sum / f64::from(count));
+                    any = true;
+                }
             }
-        }
-        let mut any = false;
-        for (value, (sum, count)) in values.iter_mut().zip(sums) {
-            if value.is_none() && count > 0 {
-                *value = Some(sum / f64::from(count));
-                any = true;
+            if !any {
+                return self;
             }
-        }
-        if !any {
-            return;
         }
     }
 }
 
-/// The curvature of a surface at each point of a mesh of it, from the mesh's `uvs`: where a point has several (at seams), the mean of
-/// those there. `None` at poles.
-pub(super) fn of_surface(
-    surface: &Surface,
-    mesh: &Mesh,
-    measure: CurvatureMeasure,
-) -> Result<Vec<Option<f64>>> {
+/// Corners of a mesh that have a value together: those of one point and one normal, so that a crease parts them. `None` where that is all of a point's.
+fn by_normal(mesh: &Mesh) -> Option<Vec<u32>> {
+    let normals = mesh.normals.corners()?;
+    let mut known = HashMap::new();
+    let slots: Vec<u32> = mesh
+        .corners()
+        .iter()
+        .zip(normals)
+        .map(|(point, normal)| {
+            let next = known.len() as u32;
+            *known.entry((*point, *normal)).or_insert(next)
+        })
+        .collect();
+    let points = mesh.corners().iter().collect::<HashSet<_>>().len();
+    (known.len() > points).then_some(slots)
+}
+
+/// The curvature of a surface on a mesh of it, from the mesh's `uvs`: where a point has several (at seams), the mean of those there, on each side of a
+/// crease for itself. `None` at poles.
+pub(super) fn of_surface(surface: &Surface, mesh: &Mesh, measure: CurvatureMeasure) -> Result<Values> {
     let [(u0, u1), (v0, v1)] = [surface.u().domain(), surface.v().domain()];
     let between = |share: f64, from: f64, to: f64| (from + (to - from) * share).clamp(from, to);
-    let mut sums: Vec<(f64, u32, Option<[f64; 2]>)> = vec![(0.0, 0, None); mesh.points().len()];
-    for (corner, &point) in mesh.corners().iter().enumerate() {
-        let Some(&uv) = mesh.uvs.at(corner, point) else { continue };
-        let (sum, count, last) = &mut sums[point as usize];
-        if *last == Some(uv) {
-            continue;
-        }
-        *last = Some(uv);
-        if let Some(at) = surface.curvature(between(uv[0], u0, u1), between(uv[1], v0, v1))? {
-            let value = measure.of(&at);
-            if value.is_finite() {
-                (*sum, *count) = (*sum + value, *count + 1);
-            }
-        }
-    }
-    Ok(sums.into_iter().map(|(sum, count, _)| (count > 0).then(|| sum / f64::from(count))).collect())
+    let place = |corner: usize, point: u32| {
+        let &[u, v] = mesh.uvs.at(corner, point)?;
+        Some(Location::Surface(between(u, u0, u1), between(v, v0, v1)))
+    };
+    let value = |at: Location| {
+        let (u, v) = at.on_surface()?;
+        Ok(surface.curvature(u, v)?.map(|found| measure.of(&found)))
+    };
+    of_places(mesh, by_normal(mesh), place, value)
 }
 
-/// The curvature of a shape at places on it; nothing where it does not say where its points are.
+/// The means of the finite values at the places of what has one together (`corners`, or each point).
+fn of_places(
+    mesh: &Mesh,
+    corners: Option<Vec<u32>>,
+    place: impl Fn(usize, u32) -> Option<Location>,
+    value: impl Fn(Location) -> Result<Option<f64>>,
+) -> Result<Values> {
+    let count = match &corners {
+        None => mesh.points().len(),
+        Some(all) => all.iter().max().map_or(0, |most| *most as usize + 1),
+    };
+    let mut sums: Vec<(f64, u32, Option<Location>)> = vec![(0.0, 0, None); count];
+    for (corner, &point) in mesh.corners().iter().enumerate() {
+        let Some(at) = place(corner, point) else { continue };
+        let (sum, count, last) = &mut sums[slot(&corners, corner, point)];
+        if *last == Some(at) {
+            continue;
+        }
+        *last = Some(at);
+        if let Some(value) = value(at)?.filter(|value| value.is_finite()) {
+            (*sum, *count) = (*sum + value, *count + 1);
+        }
+    }
+    let mean = |(sum, count, _): (f64, u32, _)| (count > 0).then(|| sum / f64::from(count));
+    Ok(Values { of: sums.into_iter().map(mean).collect(), corners })
+}
+
+/// Inside a triangle and yet as good as at its corner, as a part of the way to the side beyond.
+const INSIDE: f64 = 1.0 / 64.0;
+
+/// The curvature of a shape on its triangles; nothing where it does not say where they are. At creases each side has its own, and where second derivatives
+/// jump from piece to piece, as between those of degree 2, each triangle.
 pub(super) fn of_shape(
     shape: &dyn Shape,
-    places: &[Location],
+    faceted: &Faceted,
     measure: CurvatureMeasure,
-) -> Option<Result<Vec<Option<f64>>>> {
-    let value = |&at: &Location| {
-        let found = SurfaceCurvature::of(shape, at)?.map(|at| measure.of(&at));
-        Ok(found.filter(|value| value.is_finite()))
+) -> Option<Result<Values>> {
+    let Drawn::Mesh(mesh) = &faceted.drawn else { return None };
+    let value = |at: Location| Ok(SurfaceCurvature::of(shape, at)?.map(|found| measure.of(&found)));
+    let corners = &faceted.corners;
+    if corners.is_empty() {
+        let place = |_: usize, point: u32| faceted.places.get(point as usize).copied();
+        return (!faceted.places.is_empty()).then(|| of_places(mesh, None, place, value));
+    }
+    let first = shape.cells().and_then(|cells| cells.iter().next());
+    if !first.is_some_and(|cell| cell.sides.iter().any(|side| side.degree < 3)) {
+        return Some(of_places(mesh, by_normal(mesh), |corner, _| Some(corners[corner]), value));
+    }
+    let own = (0..corners.len() as u32).collect();
+    let inside = |corner: usize, _: u32| {
+        let of = corners.get(corner / 3 * 3..corner / 3 * 3 + 3)?;
+        let share = |k: usize| if k == corner % 3 { 1.0 - INSIDE } else { 0.5 * INSIDE };
+        Location::mean(&[0, 1, 2].map(|k| (of[k], share(k)))).or(Some(corners[corner]))
     };
-    (!places.is_empty()).then(|| places.iter().map(value).collect())
+    Some(of_places(mesh, Some(own), inside, value))
 }

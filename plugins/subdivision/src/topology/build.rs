@@ -85,13 +85,14 @@ impl Topology {
                     [_, (_, second)] if ends(*second) == (to, from) => *second,
                     [_, (_, second)] => {
                         let (one, other) = (self.face_of(first), self.face_of(*second));
-                        return wrong(format!(
-                            "is run the same way by faces {one} and {other}: turn one of them over, so that all faces are counterclockwise from outside"
-                        ));
+                        return wrong(self.same_way(one as usize, other as usize));
                     }
                     more => {
-                        let faces: Vec<String> =
-                            more.iter().take(8).map(|(_, h)| self.face_of(*h).to_string()).collect();
+                        let faces: Vec<usize> = more.iter().map(|(_, h)| self.face_of(*h) as usize).collect();
+                        if let Some(problem) = self.repeated(&faces) {
+                            return wrong(problem);
+                        }
+                        let faces: Vec<String> = faces.iter().take(8).map(usize::to_string).collect();
                         return wrong(format!(
                             "has {} faces ({}): an edge has one or two; take the mesh apart there",
                             more.len(),

@@ -4,11 +4,8 @@ use loftsman_kernel::Point;
 use loftsman_kernel::plugin::{
     Declaration, DeclaredShape, Faceted, Field, Fineness, ParameterError, Parameters, Splines,
 };
-use loftsman_kernel::space::Space;
-use loftsman_kernel::spline::Surface;
 use serde_json::Value;
 
-use super::node::Node;
 use super::{DEPTH, DooSabinSurface, tessellate};
 use crate::cage::Cage;
 use crate::error::SubdivisionError;
@@ -98,18 +95,12 @@ impl DeclaredShape for DooSabinSurface {
         tessellate::tessellate(states, fineness)
     }
 
-    /// One biquadratic spline a face that has an extent, where every face is regular.
+    /// The [patches](DooSabinSurface::patches), where every face is regular: then they are exact.
     fn splines(&self) -> Option<Splines> {
         if !self.is_all_regular() {
             return None;
         }
-        let space = Space::floating_uniform(2, 3).ok()?;
-        let nodes: Vec<Node<_>> = self.nodes().ok()?;
-        let nodes = nodes.into_iter().filter(|node| !node.vanishes().contains(&true));
-        let surface = |node: Node<loftsman_kernel::Vector>| {
-            let points = node.net().map(|p| Point::from(*p)).to_vec();
-            Surface::new(space.clone(), space.clone(), points).ok()
-        };
-        nodes.map(surface).collect::<Option<Vec<_>>>().map(Splines::Surfaces)
+        // Any tolerance will do, for nothing is left to come near to.
+        Some(Splines::Surfaces(self.patches(1.0).ok()?.surfaces))
     }
 }
