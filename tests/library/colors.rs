@@ -123,12 +123,13 @@ fn a_crease_parts_the_colours() {
         .collect();
     let (mut flat, mut bent) = (0, 0);
     for triangle in corners.chunks(3) {
-        let is_top = triangle.iter().all(|(p, _)| p.z == 1.0);
+        let is_high = |p: &Point| (p.z - 1.0).abs() < 1e-9;
+        let is_top = triangle.iter().all(|(p, _)| is_high(p));
         for (p, value) in triangle {
             if is_top {
                 assert!((value - 0.5).abs() < 1e-9, "{p} {value} on the flat top: {said}");
                 flat += 1;
-            } else if p.z == 1.0 {
+            } else if is_high(p) {
                 assert!((value - 0.5).abs() > 0.01, "{p} {value} below the crease: {said}");
                 bent += 1;
             }
