@@ -45,15 +45,18 @@ pub struct Measures {
     pub unmeasured: Vec<String>,
 }
 
-/// The most polynomial pieces of a surface whose area and volume are integrated.
+/// The most polynomial pieces of a surface whose area and volume are integrated where each has to be asked for rows.
 const CELLS: usize = 4096;
+/// The most where the surface says its pieces as they are: a second or two.
+const NETS: usize = 1 << 20;
 /// The most spans of a curve whose area is integrated.
 const SPANS: usize = 100_000;
 
 impl Measures {
     /// The measures of a geometry. `O(n)` for curves, polylines and surfaces, by quadrature on every polynomial piece; for
     /// meshes `O(e log e)` in their edges. Points of a mesh that have the same coordinates count as one. Surfaces of more
-    /// than 4096 pieces are not integrated, and it is said. Breps are measured by their triangles.
+    /// than 4096 pieces, and those that say them as nets (subdivision surfaces) of more than a million, are not integrated, and it is said with what
+    /// to do instead. Breps are measured by their triangles.
     pub fn of(geometry: &Geometry) -> Self {
         match geometry {
             Geometry::Curve(curve) => of_curve(curve),
@@ -150,9 +153,14 @@ fn of_shape(shape: &dyn Shape) -> Measures {
 
 /// The area of a surface of so many pieces, or why it is not told, and the volume inside where it is closed.
 fn measured(surface: &dyn Shape, cells: usize) -> Measures {
-    if cells > CELLS {
+    let says_nets =
+        surface.cells().is_some_and(|own| own.nets(0..0, &Point::origin(), &mut |_| {}).is_some());
+    let most = if says_nets { NETS } else { CELLS };
+    if cells > most {
+        let fewer = if says_nets { "; with a smaller \"depth\" there are fewer" } else { "" };
         let why = format!(
-            "area and volume: there are {cells} polynomial pieces, and no more than {CELLS} are integrated"
+            "area and volume: there are {cells} polynomial pieces, and no more than {most} are integrated here; convert it to triangles (an OBJ \
+             file), whose area and volume are told{fewer}"
         );
         return Measures { unmeasured: vec![why], ..Measures::default() };
     }

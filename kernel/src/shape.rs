@@ -24,7 +24,7 @@ use crate::solve::Symmetric;
 use crate::{Point, Vector};
 
 pub use bonds::{Bond, Bonds};
-pub use cells::{Cell, CellSide, Cells, Patch, Splines, cells_of, rows_at};
+pub use cells::{Cell, CellNet, CellSide, Cells, Patch, Splines, cells_of, rows_at};
 pub use chart::{Chart, ChartedRow, charted_rows};
 pub(crate) use edges::no_edge;
 pub use edges::{BoundaryEdge, Edges, Strip, edges_of, strips};

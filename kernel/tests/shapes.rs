@@ -1,13 +1,15 @@
 //! What shapes say that they can do, and what can be done with one that is no spline.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic, reason = "tests")]
 
+use std::ops::Range;
+
 use loftsman_kernel::conformance::{Patches, Verdict, shape_conformance};
 use loftsman_kernel::edit::{Ask, Edit, Metric};
 use loftsman_kernel::error::Result;
 use loftsman_kernel::functional::{Edge, Shapes, join, position};
 use loftsman_kernel::shape::{
-    Border, Cell, Cells, Derivative, Domain, Edges, Hole, Location, Neighbours, Refine, Shape, Stencil,
-    Strip, rows_at, strips,
+    Border, Cell, CellNet, Cells, Derivative, Domain, Edges, Hole, Location, Neighbours, Refine, Shape,
+    Stencil, Strip, rows_at, strips,
 };
 use loftsman_kernel::spline::trimmed::Region;
 use loftsman_kernel::spline::{CatmullRom, Curve, Space, Spacing, Surface, Trimmed};
@@ -105,6 +107,8 @@ impl Shape for Liar {
             0 if derivative == Derivative::POSITION => stencil.scaled(0.9),
             1 if first => stencil.scaled(2.0),
             2 => stencil.iter().map(|(v, c)| (v + 19, c)).collect(),
+            // The left patch is another one.
+            14 if at.on_surface()?.0 < 1.0 => stencil.iter().map(|(v, c)| ((v + 1) % 19, c)).collect(),
             _ => stencil,
         })
     }
@@ -151,9 +155,27 @@ impl Cells for Liar {
         Some(cell)
     }
 
+    fn always_meet(&self) -> bool {
+        self.lie == 14
+    }
+
     fn holes(&self) -> Vec<Hole> {
         let border = vec![Border { from: [0.5, 0.0], to: [0.0, 0.5], degree: 3 }];
         if self.lie == 11 { vec![Hole { face: None, apex: [0.0, 0.0], border }] } else { Vec::new() }
+    }
+
+    fn nets(
+        &self,
+        numbers: Range<usize>,
+        origin: &Point,
+        each: &mut dyn FnMut(CellNet<'_>),
+    ) -> Option<Result<()>> {
+        let numbers = if self.lie == 12 { numbers.start..numbers.end.min(2) } else { numbers };
+        self.inner.nets(numbers, origin, &mut |net| {
+            let mut points = net.points.to_vec();
+            points[4] *= if self.lie == 13 { 1.1 } else { 1.0 };
+            each(CellNet { points: &points, ..net });
+        })
     }
 }
 
@@ -193,7 +215,7 @@ impl Refine for Liar {
 
 #[test]
 fn lies_are_found() {
-    for lie in 0..13 {
+    for lie in 0..16 {
         let verdict = shape_conformance(&Liar { inner: Patches::flat(), lie });
         let says = [
             "sums to 0.9",
@@ -208,6 +230,9 @@ fn lies_are_found() {
             "not the other way round",
             "another shape",
             "the holes in them 0.125",
+            "not one net for each",
+            "is not the shape there",
+            "always meet",
         ];
         match says.get(lie) {
             Some(says) => assert!(verdict.failures.iter().any(|f| f.contains(says)), "{lie}: {verdict}"),

@@ -95,3 +95,49 @@ fn what_encloses_nothing_is_told_with_what_to_do() {
         assert!(!folder.path().join("out.loft.json").exists(), "nothing is written");
     }
 }
+
+/// `n × n` quads round a torus, or twice as many triangles, as the cage of a subdivision surface.
+fn torus(n: usize, in_triangles: bool) -> Value {
+    let turn = |k: usize| (k as f64 / n as f64 * std::f64::consts::TAU).sin_cos();
+    let points: Vec<[f64; 3]> = (0..n * n)
+        .map(|k| {
+            let ((sin, cos), (up, out)) = (turn(k / n), turn(k % n));
+            [(3.0 + out) * cos, (3.0 + out) * sin, up]
+        })
+        .collect();
+    let at = |i: usize, j: usize| (i % n) * n + j % n;
+    let quads = (0..n * n)
+        .map(|k| (k / n, k % n))
+        .map(|(i, j)| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+    let faces: Vec<Vec<usize>> = if in_triangles {
+        quads.flat_map(|[a, b, c, d]| [vec![a, b, c], vec![a, c, d]]).collect()
+    } else {
+        quads.map(|quad| quad.to_vec()).collect()
+    };
+    json!({ "name": "cage", "shape": { "kind": "subdivision", "scheme": "catmull-clark", "points": points, "faces": faces } })
+}
+
+/// Cages with more pieces than there may be of a surface that has to be asked for rows: near a torus of radii 3 and 1.
+#[test]
+fn large_cages_have_their_area_and_volume() {
+    let folder = tempfile::tempdir().unwrap();
+    for (n, in_triangles) in [(16, true), (70, false)] {
+        std::fs::write(
+            folder.path().join("m.loft.json"),
+            document("m", &[torus(n, in_triangles)]).to_string(),
+        )
+        .unwrap();
+        let run = LOFTSMAN.run(folder.path(), &["info", "m.loft.json", "--json"]);
+        assert_eq!(run.code, Some(0), "{}", run.err);
+        let told: Value = serde_json::from_str(&run.out).unwrap();
+        let object = &told["objects"][0];
+        let pi = std::f64::consts::PI;
+        for (field, of_torus) in [("area", 12.0 * pi * pi), ("volume", 6.0 * pi * pi)] {
+            let found = object[field].as_f64().unwrap_or_else(|| panic!("{object}")).abs();
+            // A cage is outside its surface: the limits are some percent inside.
+            let low = if in_triangles { 0.85 } else { 0.99 };
+            assert!((low * of_torus..of_torus).contains(&found), "{field}: {found} {of_torus}");
+        }
+        assert_eq!(object["unmeasured"], Value::Null);
+    }
+}

@@ -17,6 +17,7 @@ mod forms;
 mod functional;
 mod holes;
 mod kind;
+mod nets;
 mod operation;
 mod patches;
 mod program;

@@ -1,13 +1,15 @@
 //! A surface that is no tensor-product spline, to test with.
 
+use std::ops::Range;
+
 use smallvec::{SmallVec, smallvec};
 
-use crate::Point;
 use crate::error::{Error, Result};
 use crate::shape::{
-    BoundaryEdge, Cell, CellSide, Cells, Derivative, Domain, Edges, Interval, Location, Neighbours, Shape,
-    Side, Sides, Stencil,
+    BoundaryEdge, Cell, CellNet, CellSide, Cells, Derivative, Domain, Edges, Interval, Location, Neighbours,
+    Shape, Side, Sides, Stencil,
 };
+use crate::{Point, Vector};
 
 /// Three biquadratic Bézier patches over `[0, 2] × [0, 1]`: one on the left half, two on the right, above one another. Where the
 /// one meets the two, the edge of the one is subdivided, so that the surface has no gap; the control vertices in the middle of
@@ -145,6 +147,22 @@ impl Cells for Patches {
         vertices.sort_unstable();
         vertices.dedup();
         Some(Cell { face: None, sides, rational: false, vertices })
+    }
+
+    fn nets(
+        &self,
+        numbers: Range<usize>,
+        origin: &Point,
+        each: &mut dyn FnMut(CellNet<'_>),
+    ) -> Option<Result<()>> {
+        for number in numbers.start..numbers.end.min(BOXES.len()) {
+            let sides = BOXES[number].map(|(start, end)| CellSide { start, end, degree: 2 });
+            let point = |(vertex, c): (usize, f64)| (self.points[vertex] - origin) * c;
+            let sum = |at: usize| Self::vertex(number, at / 3, at % 3).into_iter().map(point).sum::<Vector>();
+            let points: [Vector; 9] = std::array::from_fn(sum);
+            each(CellNet { number, face: None, sides, points: &points });
+        }
+        Some(Ok(()))
     }
 }
 

@@ -1,6 +1,7 @@
 //! What a shape promises: stencils, and each further thing that it says it can do.
 
 use super::holes::holes;
+use super::nets::nets;
 use super::{Lcg, Verdict, guarded};
 use crate::error::Result;
 use crate::shape::{
@@ -22,7 +23,8 @@ const LEFT_OUT: f64 = 1e-3;
 ///   parameters, is refused.
 /// * *Cells* cover the domain (of a surface of many faces that of each, but for a thousandth) once; each names all vertices that its points depend on, and no others; where it is not rational its
 ///   functions are polynomials of its degree. *Holes*, where it says any, are all that they leave out, each with a border along which it is a
-///   polynomial.
+///   polynomial. *Nets*, where it says any, are those of all cells, and the patches that its stencils are there. Where it says that
+///   cells always meet they do.
 /// * *Edges*: stencils along them are those of their strips.
 /// * *Neighbours* are mutual; a grid has as many places as there are vertices.
 /// * *Refined* it is the same shape, with more vertices, and cells end where they were asked to.
@@ -221,6 +223,7 @@ fn cells(verdict: &mut Verdict, shape: &dyn Shape, random: &mut Lcg) -> Option<(
         format!("its cells have {covered} of parameters, and its domain {whole}")
     });
     holes(verdict, shape, shape.cells()?, [whole, covered])?;
+    nets(verdict, shape, shape.cells()?, random)?;
     for _ in 0..SOME {
         let face = shape.faces().map(|count| random.below(count.max(1)) as u32);
         let domain = face.map_or_else(|| shape.domain(), |face| shape.face_domain(face));
@@ -231,6 +234,9 @@ fn cells(verdict: &mut Verdict, shape: &dyn Shape, random: &mut Lcg) -> Option<(
         verdict.check(count == 1, || format!("{place:?} of face {face:?} is in {count} of its cells"));
     }
     for cell in some(all) {
+        if shape.cells()?.always_meet() {
+            meets(verdict, shape, &cell, share(random))?;
+        }
         let stencil = shape.stencil(cell.at([share(random), share(random)]), Derivative::POSITION);
         let stencil = verdict.take(stencil, |e| format!("no point in {cell:?}: {e}"))?;
         let own: Vec<usize> = stencil.iter().filter(|(_, c)| *c != 0.0).map(|(v, _)| v).collect();
@@ -246,6 +252,28 @@ fn cells(verdict: &mut Verdict, shape: &dyn Shape, random: &mut Lcg) -> Option<(
                 });
             }
         }
+    }
+    Some(())
+}
+
+/// Where it says that its cells always meet, a cell and what is before it do.
+fn meets(verdict: &mut Verdict, shape: &dyn Shape, cell: &Cell, other: f64) -> Option<()> {
+    const BESIDE: f64 = 1e-7;
+    for (k, (side, domain)) in cell.sides.iter().zip(shape.domain()).enumerate() {
+        if side.start <= domain.start {
+            continue;
+        }
+        let beside = |share: f64| {
+            let at = cell.at(if k == 0 { [share, other] } else { [other, share] });
+            shape.stencil(at, Derivative::POSITION)
+        };
+        let [before, after] = [-BESIDE, BESIDE].map(beside);
+        let before = verdict.take(before, |e| format!("no point before {cell:?}: {e}"))?;
+        let after = verdict.take(after, |e| format!("no point in {cell:?}: {e}"))?;
+        let off = apart(&before, &after, 1.0);
+        verdict.check(off <= 1e-4, || {
+            format!("it says that its cells always meet, and {cell:?} does not meet what is before it: {off:.1e} off")
+        });
     }
     Some(())
 }

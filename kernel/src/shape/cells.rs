@@ -1,11 +1,14 @@
 //! The pieces that a shape consists of: what integrals need.
 
+use std::ops::Range;
+
 use smallvec::SmallVec;
 
 use super::{Chart, Derivative, Hole, Location, Shape, Share, Stencil};
 use crate::error::{Error, Result};
 use crate::quadrature::gauss_legendre;
 use crate::space::Space;
+use crate::{Point, Vector};
 
 /// The interval of one parameter that a [`Cell`] covers, and the degree in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,6 +89,19 @@ impl Cell {
     }
 }
 
+/// A polynomial cell of a surface with its points as they are: what integrals need that are asked for once, and no gradient.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CellNet<'a> {
+    /// The number of the [`Cell`].
+    pub number: usize,
+    /// The face that it is on, of a surface of many.
+    pub face: Option<u32>,
+    /// Its side in `u`, then that in `v`, with the degrees `p` and `q`.
+    pub sides: [CellSide; 2],
+    /// The `(p + 1)(q + 1)` points of the Bézier patch over these sides, less the origin that was asked for: `b_ij` is number `i (q + 1) + j`.
+    pub points: &'a [Vector],
+}
+
 /// The spaces, and the weights if there are any, of a shape that is a tensor-product spline: from them what is said by
 /// cells one by one follows for all at once.
 #[derive(Debug, Clone, Copy)]
@@ -161,6 +177,30 @@ pub trait Cells {
     /// [partial](Self::is_partial) they are not asked for, nor of one that is rational there.
     fn holes(&self) -> Vec<Hole> {
         Vec::new()
+    }
+
+    /// Whether the cells on both sides of any place inside the domain meet there, whatever the control vertices are: then nobody looks whether the
+    /// shape is [torn](super::torn()), at many stencils a cell. `false` (the default) where that has to be looked for.
+    fn always_meet(&self) -> bool {
+        false
+    }
+
+    /// The Bézier nets of the cells of a surface with numbers in a range, one after another, by its control vertices as they are, taken from `origin`
+    /// (far from it nothing cancels then). `None` (the default) where the shape does not say them: integrals then go by stencils, at many times the
+    /// cost. A shape that says them does so for all its cells, none of which is rational, whatever the range; an empty one asks whether it does.
+    ///
+    /// What a net costs should be little more than to write it down, so that it need not be kept: it is asked for again.
+    ///
+    /// # Errors
+    /// Where a stencil in the cell could not be had.
+    fn nets(
+        &self,
+        numbers: Range<usize>,
+        origin: &Point,
+        each: &mut dyn FnMut(CellNet<'_>),
+    ) -> Option<Result<()>> {
+        let _ = (numbers, origin, each);
+        None
     }
 
     /// Of a shape of faces that says itself what volume it bounds, for each face 1 where `S_u × S_v` points out of it, -1 where it

@@ -17,7 +17,7 @@ pub struct Tear {
 
 /// The first place where a shape may be torn, whatever its vertices: where the points of the cells on both sides are not the
 /// same combination of control vertices. Of splines, knots that are repeated more often than the degree. The seam of a
-/// periodic direction counts. `O(n p)` for a curve, `O(n p²)` for a surface that is no spline.
+/// periodic direction counts. None where the shape [says so](super::Cells::always_meet); else `O(n p)` for a curve, `O(n p²)` for a surface that is no spline.
 ///
 /// # Errors
 /// When the shape has no cells, or a stencil cannot be asked for; `what` needs to know.
@@ -31,6 +31,9 @@ pub fn torn(shape: &dyn Shape, what: &str) -> Result<Option<Tear>> {
             Some(Tear { direction, at, repeated: Some(space.multiplicity(at)) })
         };
         return Ok(of(0, splines.u).or_else(|| splines.v.and_then(|v| of(1, v))));
+    }
+    if cells.always_meet() {
+        return Ok(None);
     }
     let domain = shape.domain();
     for cell in cells.checked(shape)? {

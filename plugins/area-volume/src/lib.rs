@@ -36,6 +36,8 @@ mod flux;
 mod form;
 mod length;
 mod members;
+mod net_volume;
+mod nets;
 mod plane;
 mod region;
 mod rule;
@@ -47,7 +49,7 @@ mod ties;
 mod volume;
 
 use loftsman_kernel::Result;
-use loftsman_kernel::functional::Evaluate;
+use loftsman_kernel::functional::{Evaluate, Shapes, value_of};
 use loftsman_kernel::plugin::{Plugin, Registry};
 use loftsman_kernel::shape::Shape;
 
@@ -85,10 +87,13 @@ pub fn area_of(curve: &dyn Shape) -> Result<f64> {
     area().evaluate(curve)
 }
 
-/// The volume inside a closed surface, positive where its normals point outwards: `volume().evaluate(surface)`.
+/// The volume inside a closed surface, positive where its normals point outwards: what `volume().evaluate(surface)` is. Nothing is kept for a second
+/// time: where the surface says the [nets](loftsman_kernel::shape::Cells::nets) of its cells, these are summed side by side, a microsecond each.
 ///
 /// # Errors
 /// When it is not closed, or encloses nothing.
 pub fn volume_of(surface: &dyn Shape) -> Result<f64> {
-    volume().evaluate(surface)
+    let mut value = [0.0];
+    value_of(&volume(), &Shapes::one(surface), &mut value)?;
+    Ok(value[0])
 }

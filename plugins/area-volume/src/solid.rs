@@ -10,6 +10,8 @@ use loftsman_kernel::{Point, Result, Vector};
 use crate::cell_flux::CellFlux;
 use crate::flux::{Flux, Strip};
 use crate::members::{Member, by_themselves, extent, name_of, shell_members, surface};
+use crate::net_volume;
+use crate::nets::Nets;
 
 /// Surfaces that close, ready to be measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,6 +36,15 @@ enum PatchFlux {
 }
 
 impl PatchFlux {
+    /// Of a member; `alone` is one that says itself what it bounds.
+    fn of(on: &On, surface: &Member<'_>, alone: bool, moments: bool, what: &str) -> Result<Self> {
+        if alone {
+            let said = |error| Error::Invalid(format!("{what}: {}: {error}", name_of(on)));
+            return CellFlux::new(surface, moments).map(Self::Cells).map_err(said);
+        }
+        Self::new(surface, moments)
+    }
+
     fn new(surface: &Member<'_>, moments: bool) -> Result<Self> {
         match surface.splines.and_then(|splines| Some((splines, splines.v?))) {
             Some((splines, v)) => Flux::new(&splines, v, surface.points(), moments).map(Self::Spline),
@@ -84,37 +95,50 @@ impl Solid {
     /// When a member is not a surface, the boundary is open, or it encloses nothing.
     pub(crate) fn new(shapes: &Shapes<'_>, members: &[On], moments: bool, what: &str) -> Result<Self> {
         let (origin, _) = extent(shapes, members)?;
-        let alone = by_themselves(shapes, members, what)?;
-        let rest: Vec<On> =
-            members.iter().zip(&alone).filter(|(_, alone)| !**alone).map(|(on, _)| on.clone()).collect();
-        let mut senses = Vec::new();
-        if !rest.is_empty() {
-            senses = Shell::find(&shell_members(shapes, &rest, what)?, what)?.senses;
-        }
-        let mut senses = senses.into_iter();
         let mut patches = Vec::with_capacity(members.len());
-        for (on, alone) in members.iter().zip(alone) {
+        for (on, sign) in members.iter().zip(signs(shapes, members, what)?) {
             let own = surface(shapes, on, what, "ask for its area, or its length")?;
-            let sign = if alone { None } else { senses.next() };
-            let Some(sign) = sign else {
-                let said = |error| Error::Invalid(format!("{what}: {}: {error}", name_of(on)));
-                let flux = PatchFlux::Cells(CellFlux::new(&own, moments).map_err(said)?);
-                patches.push(Patch { shape: on.shape, sign: 1.0, flux, rim: Vec::new() });
-                continue;
-            };
-            let rim = rim(&own, what)?;
-            patches.push(Patch { shape: on.shape, sign, flux: PatchFlux::new(&own, moments)?, rim });
+            let flux = PatchFlux::of(on, &own, sign.is_none(), moments, what)?;
+            let rim = if sign.is_some() { rim(&own, what)? } else { Vec::new() };
+            patches.push(Patch { shape: on.shape, sign: sign.unwrap_or(1.0), flux, rim });
         }
         let solid = Self { origin, patches };
         let mut work = Work::default();
         let measured = solid.measure(shapes, &mut work)?;
-        let volume = measured.values[0].abs();
-        if volume.is_nan() || volume <= NONE * measured.size {
-            return Err(Error::Invalid(format!(
-                "{what}: it encloses no volume; only what encloses some can keep or change it"
-            )));
-        }
+        encloses(measured.values[0], measured.size, what)?;
         Ok(solid)
+    }
+
+    /// The volume alone, asked for once: what says the nets of its cells is summed by these, and nothing is kept of it.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new).
+    pub(crate) fn volume(shapes: &Shapes<'_>, members: &[On], what: &str) -> Result<f64> {
+        let (origin, _) = extent(shapes, members)?;
+        let own = |on: &On| surface(shapes, on, what, "ask for its area, or its length");
+        let all = members.iter().map(own).collect::<Result<Vec<_>>>()?;
+        if !all.iter().any(|own| Nets::of(own).is_some()) {
+            let solid = Self::new(shapes, members, false, what)?;
+            return Ok(solid.measure(shapes, &mut Work::default())?.values[0]);
+        }
+        let (mut volume, mut size) = (0.0, 0.0);
+        let mut work = Work::default();
+        for ((on, own), sign) in members.iter().zip(&all).zip(signs(shapes, members, what)?) {
+            let (found, terms) = match net_volume::volume(own, &origin) {
+                Some(found) => found?,
+                None => {
+                    let flux = PatchFlux::of(on, own, sign.is_none(), false, what)?;
+                    let patch = Patch { shape: on.shape, sign: 1.0, flux, rim: Vec::new() };
+                    let solid = Self { origin, patches: vec![patch] };
+                    let measured = solid.measure(shapes, &mut work)?;
+                    (measured.values[0], measured.size)
+                }
+            };
+            volume += sign.unwrap_or(1.0) * found;
+            size += terms;
+        }
+        encloses(volume, size, what)?;
+        Ok(volume)
     }
 
     /// Measures the shapes as they are now. Allocates nothing where `work` has measured them before.
@@ -155,6 +179,29 @@ impl Solid {
         }
         Ok(measured)
     }
+}
+
+/// For each member its sense in the shell that they are; none of what says itself what it bounds.
+fn signs(shapes: &Shapes<'_>, members: &[On], what: &str) -> Result<Vec<Option<f64>>> {
+    let alone = by_themselves(shapes, members, what)?;
+    let rest: Vec<On> =
+        members.iter().zip(&alone).filter(|(_, alone)| !**alone).map(|(on, _)| on.clone()).collect();
+    let mut senses = Vec::new();
+    if !rest.is_empty() {
+        senses = Shell::find(&shell_members(shapes, &rest, what)?, what)?.senses;
+    }
+    let mut senses = senses.into_iter();
+    Ok(alone.into_iter().map(|alone| if alone { None } else { senses.next() }).collect())
+}
+
+fn encloses(volume: f64, size: f64, what: &str) -> Result<()> {
+    let volume = volume.abs();
+    if volume.is_nan() || volume <= NONE * size {
+        return Err(Error::Invalid(format!(
+            "{what}: it encloses no volume; only what encloses some can keep or change it"
+        )));
+    }
+    Ok(())
 }
 
 /// The Gauss points of all edges; on rational ones six more.

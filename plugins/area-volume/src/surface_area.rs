@@ -17,7 +17,8 @@ use loftsman_kernel::{Result, Vector};
 use self::left::Left;
 use self::measure::{Area, Effort, Measure, points};
 use crate::length::positive;
-use crate::members::{Members, OBJECT, OBJECTS, name_of, surface};
+use crate::members::{Member, Members, OBJECT, OBJECTS, name_of, surface};
+use crate::nets::Nets;
 
 /// The area `∫∫ |S_u × S_v| du dv` of a surface, or of several together. One nonlinear equation.
 ///
@@ -40,6 +41,12 @@ pub struct SurfaceArea {
 
 /// Cells of which something counts.
 type Counted = Vec<(Cell, Share)>;
+
+/// The cells of which something counts, of a surface that is summed neither by spans nor by nets.
+fn counted_of(surface: &Member<'_>) -> Result<Counted> {
+    let otherwise = surface.splines.is_some() || Nets::of(surface).is_some();
+    if otherwise { Ok(Vec::new()) } else { surface.cells.counted(surface.shape) }
+}
 
 /// The area of the first shape of the problem, a surface.
 pub fn surface_area() -> SurfaceArea {
@@ -66,8 +73,9 @@ const TOLD: f64 = 1e-7;
 pub fn surface_area_of(surface: &dyn Shape) -> Result<f64> {
     let (shapes, what) = (Shapes::one(surface), "surface area");
     let own = self::surface(&shapes, &On::from(0), what, "ask for the area inside it, or its length")?;
-    let counted = if own.splines.is_some() { Vec::new() } else { own.cells.counted(own.shape)? };
-    let Area { area, error } = Measure::new(&own, &counted).whole(None, Effort::Telling(TOLD))?;
+    let counted = counted_of(&own)?;
+    let effort = Effort::Telling(TOLD);
+    let Area { area, error } = Measure::new(&own, &counted, effort).whole(None, effort)?;
     if !area.is_finite() {
         return Err(Error::Invalid("it is beyond what numbers can hold".into()));
     }
@@ -110,14 +118,11 @@ impl SurfaceArea {
         for (number, on) in self.members.0.iter().enumerate() {
             let own = surface(shapes, on, &what, "ask for the area inside it, or its length")?;
             let known = self.counted.as_ref().and_then(|all| all.get(number));
-            let found_now = match known {
-                None if own.splines.is_none() => Some(own.cells.counted(own.shape)?),
-                _ => None,
-            };
+            let found_now = if known.is_none() { Some(counted_of(&own)?) } else { None };
             let counted = known.or(found_now.as_ref()).map_or(&[][..], Vec::as_slice);
             let mut gradient = found.as_ref().map(|_| vec![Vector::zeros(); own.points().len()]);
-            let Area { area, error } =
-                Measure::new(&own, counted).whole(gradient.as_deref_mut(), Effort::Keeping)?;
+            let Area { area, error } = Measure::new(&own, counted, Effort::Keeping)
+                .whole(gradient.as_deref_mut(), Effort::Keeping)?;
             let name = name_of(on);
             if !area.is_finite() {
                 return Err(Error::Invalid(format!(
@@ -213,7 +218,7 @@ impl Functional for SurfaceArea {
         for on in &self.members.0 {
             let own = surface(shapes, on, &what, "ask for the area inside it, or its length")?;
             // Loops stay as they are while control vertices move.
-            let cells = if own.splines.is_some() { Vec::new() } else { own.cells.counted(own.shape)? };
+            let cells = counted_of(&own)?;
             effort += points(&own, &cells);
             counted.push(cells);
         }

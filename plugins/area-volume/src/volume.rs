@@ -82,7 +82,10 @@ impl Functional for Volume {
 
     fn value(&self, shapes: &Shapes<'_>, out: &mut [f64]) -> Result<()> {
         if let Some(out) = out.first_mut() {
-            *out = self.prepared(shapes)?.measure(shapes, &mut Work::default())?.values[0];
+            *out = match &self.bound {
+                Some(solid) => solid.measure(shapes, &mut Work::default())?.values[0],
+                None => Solid::volume(shapes, &self.members.0, &self.describe())?,
+            };
         }
         Ok(())
     }

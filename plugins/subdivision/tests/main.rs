@@ -16,6 +16,7 @@ mod intervals;
 mod joins;
 mod kind;
 mod limits;
+mod measured;
 mod natural;
 mod operation;
 mod patches;

@@ -26,8 +26,12 @@ pub(super) enum Left {
 impl Left {
     /// Of an area that was measured. A surface of the size `s` whose control vertices are `S` apart is known to about `ε S`, and its area to `ε S s`.
     pub(super) fn of(area: f64, surface: &Member<'_>, counted: &[(Cell, Share)]) -> Self {
-        let far = extent(surface, counted);
         // Most are more than that, and nothing else is looked at.
+        let all = longest(surface.points().iter().copied());
+        if area > NOTHING * all * all {
+            return Self::Area;
+        }
+        let far = extent(surface, counted);
         if area <= NOTHING * far * far {
             let size = seen(surface, counted);
             if area <= NOTHING * size * size || size == 0.0 {
@@ -50,7 +54,7 @@ pub(super) fn too_far(times: f64) -> String {
 }
 
 fn cells<'a>(surface: &'a Member<'_>, counted: &'a [(Cell, Share)]) -> Box<dyn Iterator<Item = Cell> + 'a> {
-    if surface.splines.is_some() {
+    if counted.is_empty() {
         Box::new(surface.cells.iter())
     } else {
         Box::new(counted.iter().map(|(cell, _)| cell.clone()))

@@ -1,6 +1,10 @@
 //! The bicubic pieces of a surface.
 
-use loftsman_kernel::shape::{Cell, CellSide, Cells, Chart, Hole, Location};
+use std::ops::Range;
+
+use loftsman_kernel::Point;
+use loftsman_kernel::error::Result;
+use loftsman_kernel::shape::{Cell, CellNet, CellSide, Cells, Chart, Hole, Location};
 
 use super::SubdivisionSurface;
 use super::leaf::leaf;
@@ -41,6 +45,20 @@ impl Cells for SubdivisionSurface {
     /// where nothing on the face is sharp: then the larger one has the rest of their common side as border, too.
     fn holes(&self) -> Vec<Hole> {
         self.all_holes()
+    }
+
+    /// A limit surface has no gaps.
+    fn always_meet(&self) -> bool {
+        true
+    }
+
+    fn nets(
+        &self,
+        numbers: Range<usize>,
+        origin: &Point,
+        each: &mut dyn FnMut(CellNet<'_>),
+    ) -> Option<Result<()>> {
+        Some(self.nets_of(numbers, origin, each))
     }
 
     /// The characteristic map of the extraordinary vertex that is nearest, from the level on at which it is alone and nothing round it is sharp to a

@@ -15,6 +15,7 @@ mod leaf;
 pub(crate) mod left_out;
 mod local;
 pub(crate) mod net;
+mod nets;
 mod normals;
 pub(crate) mod patches;
 pub(crate) mod pattern;

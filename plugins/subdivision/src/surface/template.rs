@@ -97,21 +97,28 @@ impl Near {
 }
 
 impl Templates {
+    /// The pieces over quadrants of a face, in their order, as [`piece`](Self::piece) has them one by one.
+    pub(super) fn pieces(
+        &self,
+        cage: &Cage,
+        near: &Near,
+        quadrants: &[Quadrant],
+    ) -> Result<Vec<Option<Arc<Piece>>>> {
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = kept.all.get(&near.key).and_then(|template| {
+            let piece = |quadrant| template.pieces.get(quadrant).map(|piece| Some(Arc::clone(piece)));
+            quadrants.iter().map(piece).collect()
+        });
+        match known {
+            Some(pieces) => Ok(pieces),
+            None => quadrants.iter().map(|&quadrant| kept.piece(cage, near, quadrant)).collect(),
+        }
+    }
+
     /// The piece over a quadrant of a face; `None` where it is not regular. Cost: a look-up where faces like it were asked for it, else
     /// a refinement for each level that it does not share with the last.
     pub(super) fn piece(&self, cage: &Cage, near: &Near, quadrant: Quadrant) -> Result<Option<Arc<Piece>>> {
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = kept.all.get(&near.key).and_then(|template| template.pieces.get(&quadrant));
-        if let Some(piece) = known {
-            return Ok(Some(Arc::clone(piece)));
-        }
-        let local = kept.local(cage, near, quadrant)?;
-        let Some(net) = local.net() else { return Ok(None) };
-        let used = net.into_iter().enumerate().filter(|(_, column)| column.iter().any(|&c| c != 0.0));
-        let (places, columns) = used.map(|(k, column)| (k as u32, column)).unzip();
-        let piece = Arc::new(Piece { places, columns });
-        kept.keep(near, quadrant, &piece);
-        Ok(Some(piece))
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).piece(cage, near, quadrant)
     }
 
     /// The neighbourhood of a quadrant of a face. Cost: a refinement for each level that it does not share with the last.
@@ -121,6 +128,20 @@ impl Templates {
 }
 
 impl Kept {
+    fn piece(&mut self, cage: &Cage, near: &Near, quadrant: Quadrant) -> Result<Option<Arc<Piece>>> {
+        let known = self.all.get(&near.key).and_then(|template| template.pieces.get(&quadrant));
+        if let Some(piece) = known {
+            return Ok(Some(Arc::clone(piece)));
+        }
+        let local = self.local(cage, near, quadrant)?;
+        let Some(net) = local.net() else { return Ok(None) };
+        let used = net.into_iter().enumerate().filter(|(_, column)| column.iter().any(|&c| c != 0.0));
+        let (places, columns) = used.map(|(k, column)| (k as u32, column)).unzip();
+        let piece = Arc::new(Piece { places, columns });
+        self.keep(near, quadrant, &piece);
+        Ok(Some(piece))
+    }
+
     fn local(&mut self, cage: &Cage, near: &Near, quadrant: Quadrant) -> Result<Arc<Local>> {
         let template = self
             .all

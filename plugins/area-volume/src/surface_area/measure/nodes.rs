@@ -2,10 +2,21 @@
 
 use loftsman_kernel::spline::gram::gauss_legendre;
 
+use super::{EXTRA, WITH_ENDS};
+
 /// A rule in each direction.
 pub(super) struct Nodes {
     pub(super) u: Along,
     pub(super) v: Along,
+}
+
+impl Nodes {
+    /// For cells of some degrees the rule of a number: the rougher and the better one, and this with its ends.
+    pub(super) fn of_rule([p, q]: [usize; 2], rule: usize) -> Self {
+        let extra = EXTRA[rule.min(1)];
+        let make = if rule == WITH_ENDS { Along::with_ends } else { Along::new };
+        Self { u: make(p + extra), v: make(q + extra) }
+    }
 }
 
 /// Nodes on `[0, 1]` with three weights each: Gauss and Legendre's, those of the highest divided difference, which is zero for

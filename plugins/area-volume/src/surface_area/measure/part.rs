@@ -8,6 +8,8 @@ use loftsman_kernel::shape::Location;
 #[derive(Clone, Copy)]
 pub(super) struct Part {
     pub(super) spans: [usize; 2],
+    /// The number of its cell, where cells have nets.
+    pub(super) cell: usize,
     /// The face that it is on, of a surface of many.
     pub(super) face: Option<u32>,
     pub(super) u: (f64, f64),
@@ -27,6 +29,7 @@ impl Part {
 }
 
 /// A part with its area, by the better rule, and the difference of both; in the heap the part with most is the greatest.
+#[derive(Clone, Copy)]
 pub(super) struct Judged {
     pub(super) part: Part,
     pub(super) fine: f64,

@@ -5,19 +5,21 @@ mod edges;
 mod layout;
 mod leaf;
 mod left_out;
+mod nets;
 mod node;
 mod patches;
 mod rule;
 mod spans;
 mod tessellate;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use loftsman_kernel::Point;
 use loftsman_kernel::error::Error;
 use loftsman_kernel::shape::{
-    Cell, CellSide, Cells, Chart, Derivative, Domain, Edges, Hole, Interval, Location, Neighbours, Shape,
-    Stencil,
+    Cell, CellNet, CellSide, Cells, Chart, Derivative, Domain, Edges, Hole, Interval, Location, Neighbours,
+    Shape, Stencil,
 };
 use smallvec::SmallVec;
 
@@ -390,6 +392,20 @@ impl Cells for DooSabinSurface {
             all.extend(rims.iter().map(|rim| rim.hole(face, 2, [&[], &[]])));
         }
         all
+    }
+
+    /// A limit surface has no gaps.
+    fn always_meet(&self) -> bool {
+        true
+    }
+
+    fn nets(
+        &self,
+        numbers: Range<usize>,
+        origin: &Point,
+        each: &mut dyn FnMut(CellNet<'_>),
+    ) -> Option<loftsman_kernel::error::Result<()>> {
+        Some(self.nets_of(numbers, origin, each))
     }
 
     /// The characteristic map of the extraordinary point that is nearest: of the middle of a face that is no quad, or the limit of a vertex that has not
