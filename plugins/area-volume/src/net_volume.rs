@@ -20,19 +20,33 @@ pub(crate) fn volume(surface: &Member<'_>, origin: &Point) -> Option<Result<(f64
         return None;
     }
     let nets = Nets::of(surface)?;
-    Some(terms(surface, &nets, origin).map(|terms| {
-        let (mut all, mut size) = (Total::default(), Total::default());
-        for term in terms {
-            all.add(term);
-            size.add(term.abs());
+    // Taken from where the surface is: far from an origin what is added for that is the same for all of it, and closed surfaces have none of it.
+    let way = nets.origin - origin;
+    Some(terms(surface, &nets).map(|terms| {
+        let (mut own, mut size) = (Total::default(), Total::default());
+        let mut across = [Total::default(); 3];
+        for Flux { volume, area } in terms {
+            own.add(volume);
+            size.add((volume + way.dot(&area) / 3.0).abs());
+            across.iter_mut().zip(&area).for_each(|(sum, term)| sum.add(*term));
         }
-        (all.value(), size.value())
+        let across = Vector::from(across.map(Total::value));
+        (own.value() + way.dot(&across) / 3.0, size.value())
     }))
 }
 
+/// What a cell or the cones over a hole have, from the middle of the surface.
+#[derive(Clone, Copy, Default)]
+struct Flux {
+    /// `⅓ ∫∫ S·(S_u × S_v) du dv`.
+    volume: f64,
+    /// `∫∫ S_u × S_v du dv`.
+    area: Vector,
+}
+
 /// What each cell and the cones over each hole have.
-fn terms(surface: &Member<'_>, nets: &Nets<'_>, origin: &Point) -> Result<Vec<f64>> {
-    let usual = USUAL.map(Rule::new);
+fn terms(surface: &Member<'_>, nets: &Nets<'_>) -> Result<Vec<Flux>> {
+    let (usual, origin) = (USUAL.map(Rule::new), &nets.origin);
     let mut all = nets.map(origin, Row::default, |row, net| {
         let [u, v] = net.sides.map(|side| side.degree);
         let known = |degree: usize| usual.iter().find(|rule| rule.degree == degree);
@@ -45,7 +59,7 @@ fn terms(surface: &Member<'_>, nets: &Nets<'_>, origin: &Point) -> Result<Vec<f6
     let runs: Vec<&[Hole]> = holes.chunks(RUN).collect();
     let made = parallel::map(runs.len(), |k| {
         let mut fans = Fans::default();
-        runs[k].iter().map(|hole| fans.of_hole(surface.shape, hole, origin)).collect::<Result<Vec<f64>>>()
+        runs[k].iter().map(|hole| fans.of_hole(surface.shape, hole, origin)).collect::<Result<Vec<Flux>>>()
     });
     for run in made {
         all.extend(run?);
@@ -67,18 +81,21 @@ impl Rule {
     }
 }
 
-fn of_cell(net: &CellNet<'_>, u: &Rule, v: &Rule, row: &mut Row) -> f64 {
-    let Some(first) = net.points.first() else { return 0.0 };
-    let mut sum = 0.0;
+fn of_cell(net: &CellNet<'_>, u: &Rule, v: &Rule, row: &mut Row) -> Flux {
+    let Some(first) = net.points.first() else { return Flux::default() };
+    let mut sum = Flux::default();
     for (x, weight) in u.weights.iter().enumerate() {
         row.fill(net.points, [&u.line, &v.line], x, true);
-        let along = v.weights.iter().enumerate().map(|(k, by)| {
-            let share = |a: usize| (first[a] + row.points[a][k]) * row.normals[a][k];
-            by * (share(0) + share(1) + share(2))
-        });
-        sum += weight * along.sum::<f64>();
+        let (mut along, mut normals) = (0.0, [0.0; 3]);
+        for (k, by) in v.weights.iter().enumerate() {
+            let share = |a: usize| row.points[a][k] * row.normals[a][k];
+            along += by * (share(0) + share(1) + share(2));
+            normals.iter_mut().enumerate().for_each(|(a, sum)| *sum += by * row.normals[a][k]);
+        }
+        sum.volume += weight * along;
+        sum.area += Vector::from(normals) * *weight;
     }
-    sum / 3.0
+    Flux { volume: (sum.volume + first.dot(&sum.area)) / 3.0, ..sum }
 }
 
 /// `∫ (l_i l_j' - l_i' l_j) dt` of the polynomials that are 1 at one node each, for the degrees that were asked for.
@@ -94,7 +111,7 @@ struct Fan {
 impl Fans {
     /// The volume of the cones over the border of a hole: with the apex `c` and a border `b`, `⅙ ∫ c·((b - c) × b') dt`, which is what is between
     /// the origin and the cone.
-    fn of_hole(&mut self, shape: &dyn Shape, hole: &Hole, origin: &Point) -> Result<f64> {
+    fn of_hole(&mut self, shape: &dyn Shape, hole: &Hole, origin: &Point) -> Result<Flux> {
         let value = |at: [f64; 2]| -> Result<Vector> {
             let row = shape.stencil(hole.at(at), Derivative::POSITION)?;
             Ok(row.iter().map(|(v, c)| (shape.control_vertices()[v] - origin) * c).sum())
@@ -118,7 +135,7 @@ impl Fans {
             last = points.last().map(|&end| (border.to, end));
             area += fan.pairs.iter().map(|&(i, j, c)| points[i].cross(&points[j]) * c).sum::<Vector>();
         }
-        Ok(apex.dot(&area) / 6.0)
+        Ok(Flux { volume: apex.dot(&area) / 6.0, area: area * 0.5 })
     }
 
     fn of_degree(&mut self, border: &Border) -> &Fan {

@@ -321,8 +321,13 @@ fn what_is_left_out_is_bounded() -> Result<(), Error> {
             let (mut area, mut volume) = ([0.0], [0.0]);
             let shapes = Shapes::new([&surface as &dyn Shape]);
             loftsman_area_volume::surface_area().value(&shapes, &mut area)?;
-            if closed {
-                loftsman_area_volume::volume().value(&shapes, &mut volume)?;
+            match loftsman_area_volume::volume().value(&shapes, &mut volume) {
+                _ if !closed => volume = [0.0],
+                // Both sides of these are one.
+                Err(error) if name.starts_with("pillow") => {
+                    assert!(error.to_string().contains("encloses no volume"), "{name}: {error}");
+                }
+                found => found?,
             }
             Ok((area[0], volume[0]))
         };

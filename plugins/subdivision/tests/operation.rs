@@ -317,7 +317,7 @@ fn what_is_wrong_is_said_with_its_place() {
                 "object": "cube", "scheme": "doo-sabin",
                 "alpha": [{ "edge": [4, 5], "value": 2 }, { "edge": [5, 4], "value": 3 }],
             }),
-            "alpha[1].value: alpha of the edge between vertices",
+            "alpha[1].value: the alpha of the edge between vertices 5 and 4 is said twice",
         ),
         (json!({ "object": "cube", "scheme": "doo-sabin", "alpha": 2, "levels": 40 }), "take fewer"),
     ] {

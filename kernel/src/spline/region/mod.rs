@@ -21,6 +21,8 @@ use net::{Net, cut, ends, pieces, range, shifted};
 const BEYOND: f64 = 5e-14;
 /// What is nearer to a side of a cell than this, as a share of the domain, runs along it.
 const ALONG: f64 = 2e-13;
+/// What is off a seam by less than this part of the domain runs along it.
+const SEAM: f64 = 1e-9;
 /// The row that is looked along is at an odd share of something.
 const SHARES: [f64; 4] = [0.483_7, 0.517_13, 0.391_7, 0.631_9];
 
@@ -121,6 +123,10 @@ impl ParameterRegion {
         for chain in loops {
             chains.push(joined(chain, sides)?);
         }
+        if is_all(&chains, sides) {
+            let cells: usize = axes.iter().map(|axis| axis.breaks.len() - 1).product();
+            return Ok(Self { breaks: axes.map(|axis| axis.breaks), shares: vec![Share::Whole; cells] });
+        }
         let row = row_looked_along(&axes[1], &chains);
         let mut windings = Windings::new([axes[0].cells(), axes[1].cells()], sides);
         let mut parts: Vec<Part> = Vec::new();
@@ -181,6 +187,32 @@ fn joined(chain: &[(&ParameterCurve, bool)], sides: &[ParameterSide; 2]) -> Resu
         if sides[d].closed { ((near[d] - start[d]) / sides[d].length()).round() as i64 } else { 0 }
     });
     Ok((all, turns))
+}
+
+/// Whether all there is of a surface that closes both ways is one loop along its seams: there and back along each, so that what is on both sides counts.
+fn is_all(chains: &[(Vec<Net>, [i64; 2])], sides: &[ParameterSide; 2]) -> bool {
+    let [(nets, [0, 0])] = chains else { return false };
+    let near = |d: usize| SEAM * sides[d].length();
+    let along = |net: &Net| {
+        let [from, to] = ends(net);
+        let points = || net.iter().map(|[u, v, w]| [u / w, v / w]);
+        let runs = |d: usize| points().all(|at| (at[d] - from[d]).abs() <= near(d));
+        (0..2).find(|&d| runs(d)).map(|d| (d, [from[d], to[1 - d] - from[1 - d]]))
+    };
+    // What runs along u, and what along v: at which places of the other, and how far each way.
+    let mut far = [[0.0; 2]; 2];
+    let mut places = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    for net in nets {
+        let Some((d, [at, way])) = along(net) else { return false };
+        far[d][usize::from(way < 0.0)] += way.abs();
+        places[d] = [places[d][0].min(at), places[d][1].max(at)];
+    }
+    (0..2).all(|d| {
+        let (own, other) = (sides[d].length(), sides[1 - d].length());
+        sides[d].closed
+            && (places[d][1] - places[d][0] - own).abs() <= near(d)
+            && far[d].iter().all(|way| (way - other).abs() <= near(1 - d))
+    })
 }
 
 /// A value of `v` at which loops are crossed: within the piece that is longest along `v`.

@@ -158,6 +158,43 @@ fn what_goes_around_is_counted_once() {
     }
 }
 
+/// A whole torus has one loop, there and back along both seams, wherever they are; with a hole it has a second one.
+#[test]
+fn a_whole_torus_is_all_of_it() {
+    let grid = surface(&[0.0, 1.0, 2.5, TAU], &[-1.0, 0.0, 2.0]);
+    let around = sides(&grid, [true; 2]);
+    let area = |chains: &[Vec<(&ParameterCurve, bool)>]| {
+        let region = ParameterRegion::new(&grid, &around, chains)?;
+        let mut sum = 0.0;
+        for cell in (0..grid.count()).filter_map(|k| grid.cell(k)) {
+            let share = region.share([cell.sides[0].start, cell.sides[1].start]);
+            sum += share.gauss_points(&cell, [1, 1], 1).iter().map(|(_, w)| w).sum::<f64>();
+        }
+        Ok::<f64, Error>(sum)
+    };
+    for [u, v] in [[0.0, -1.0], [0.7, 0.4], [2.5, 0.0]] {
+        for tilt in [0.0, 3e-16, 1e-12] {
+            let corners = [[u, v], [u + TAU, v + tilt], [u + TAU + tilt, v + 3.0], [u - tilt, v + 3.0]];
+            let seams = polygon(&corners);
+            for way in [false, true] {
+                let mut chain: Vec<(&ParameterCurve, bool)> = seams.iter().map(|c| (c, way)).collect();
+                if way {
+                    chain.reverse();
+                }
+                let found = area(&[chain]).unwrap();
+                assert!((found - 3.0 * TAU).abs() < 1e-12, "{u} {v} {tilt} {way}: {found}");
+            }
+            let hole = polygon(&[[1.2, 0.2], [1.2, 0.6], [1.6, 0.6], [1.6, 0.2]]);
+            let chains = [&seams, &hole].map(|all| all.iter().map(|c| (c, false)).collect());
+            let found = area(&chains).unwrap();
+            assert!((found - 3.0 * TAU + 0.16).abs() < 1e-11, "{u} {v} {tilt}: {found}");
+        }
+    }
+    // Along one seam only it bounds nothing.
+    let one = polygon(&[[0.0, -1.0], [TAU, -1.0]]);
+    assert!(area(&[one.iter().map(|c| (c, false)).collect()]).is_err());
+}
+
 /// A corner that only touches the seam peeks over it by rounding: the strip that counts there is no wider than what is taken away from it, also
 /// where a moment weighs the far side of the surface a hundred times as much.
 #[test]
