@@ -3,6 +3,7 @@
 mod beside;
 mod breps;
 mod common;
+mod cones;
 mod curves;
 mod hostile;
 mod narrow;

@@ -11,6 +11,10 @@ use super::plane::Plane;
 
 /// Rounds of refinement at most.
 const ROUNDS: usize = 60;
+/// Refinement makes at most so many triangles of each that a face starts with, and so many more: first points are placed where the surface bends, so
+/// that few are missing. What needs more comes no nearer by halving.
+const GROWTH: usize = 64;
+const GROWTH_OF_FEW: usize = 200_000;
 /// A corner's normal that leans further from the triangle's than this (as a cosine) says that the surface may turn over in it.
 const UPRIGHT: f64 = 0.5;
 /// How much of the tolerance first cells use: the rest is for how triangles lie in them.
@@ -43,6 +47,7 @@ pub(crate) fn fill(plane: &mut Plane<'_>, goal: &Goal) -> Result<Filled> {
     }
     // Of triangles that are near enough already, how near: most stay from round to round.
     let mut done: HashMap<[u32; 3], f64> = HashMap::new();
+    let mut most = usize::MAX;
     for round in 0.. {
         if round > 0 || !carrier.flat {
             inside = plane.labels()?;
@@ -52,6 +57,14 @@ pub(crate) fn fill(plane: &mut Plane<'_>, goal: &Goal) -> Result<Filled> {
             return Err(Error::Invalid(format!(
                 "it needs more than {} triangles: choose a coarser tolerance or angle",
                 goal.budget
+            )));
+        }
+        if round == 0 {
+            most = triangles.len().saturating_mul(GROWTH).saturating_add(GROWTH_OF_FEW);
+        }
+        if triangles.len() > most {
+            return Err(Error::Invalid(format!(
+                "it is too singular to be cut: {most} triangles bring it no nearer than fewer did: choose a coarser tolerance or angle"
             )));
         }
         let mut error = 0.0_f64;
@@ -374,6 +387,22 @@ fn judge(plane: &Plane<'_>, corners: [u32; 3], fixed: [bool; 3], goal: &Goal) ->
         let (a, b) = (corners[k], corners[(k + 1) % 3]);
         [a.min(b), a.max(b)]
     };
+    // A line to the pole has no area in space, and what lies on its back there is turned over. Halves of the edge opposite to the pole lie as that
+    // does; the longer way to the pole halved, they come to lie beside the pole.
+    if let Some((apex, across, end)) = fan
+        && runs_around(at, (apex, across, end)) <= AROUND * carrier.sides[1 - across].length()
+    {
+        let [a, b] = [(apex + 1) % 3, (apex + 2) % 3];
+        let away = |k: usize| (at[k][across] - at[apex][across]).abs();
+        // By the number of the edge that starts or ends in the corner.
+        let mut ways = [(a, apex), (b, b)];
+        if away(b) > away(a) {
+            ways.reverse();
+        }
+        let way = ways.into_iter().find(|&(_, k)| !fixed[k]);
+        let far = bound > enough;
+        return Judged { error, far, wants: way.map_or(Wants::Nothing, |(_, k)| Wants::Edge(pair(k))) };
+    }
     if bound > enough {
         let bends = |k: usize| {
             let [h, l] = [0, 1].map(|d: usize| (at[(k + 1) % 3][d] - at[k][d]).abs());
@@ -392,15 +421,6 @@ fn judge(plane: &Plane<'_>, corners: [u32; 3], fixed: [bool; 3], goal: &Goal) ->
             .max_by(|&k, &l| bends(k).total_cmp(&bends(l)))
             .map_or(Wants::Middle, |k| Wants::Edge(pair(k)));
         return Judged { error, far: true, wants };
-    }
-    // A line to the pole has no area in space: cut, it becomes triangles beside it.
-    if let Some((apex, across, end)) = fan
-        && runs_around(at, (apex, across, end)) <= AROUND * carrier.sides[1 - across].length()
-    {
-        let length = |k: usize| (vertices[k].place - vertices[(k + 1) % 3].place).norm();
-        let to_pole = free().filter(|&k| k == apex || (k + 1) % 3 == apex);
-        let longest = to_pole.max_by(|&k, &l| length(k).total_cmp(&length(l)));
-        return Judged { error, far: false, wants: longest.map_or(Wants::Nothing, |k| Wants::Edge(pair(k))) };
     }
     if goal.angle >= std::f64::consts::PI {
         return Judged { error, far: false, wants: Wants::Nothing };
