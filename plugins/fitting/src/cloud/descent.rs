@@ -27,12 +27,6 @@ const POOR: f64 = 0.25;
 const GOOD: f64 = 0.5;
 /// A step that promises this part of what is there, and no more, is the last.
 pub(super) const GAIN: f64 = 1e-10;
-/// How many times the size of points and shape control vertices go with one step, and from where they began in all. Without an energy a loop that no
-/// point sees may grow for ever, each step nearer by less: then nobody finds feet on it, nor wants it.
-const FAR: f64 = 1.0;
-const REACH: f64 = 10.0;
-/// A step of which no more than this part stays within reach is none.
-const WITHIN: f64 = 1e-3;
 /// What rounding takes from distances, of the size of all numbers.
 pub(super) const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
@@ -61,7 +55,7 @@ pub(super) fn fit<S: Shape + Clone>(
     observer: &dyn Observer,
 ) -> Result<CloudFitted<S>> {
     let shares = checked(asked, points)?;
-    let mut run = Run::new(asked, points, shares, solver, observer)?;
+    let mut run = Run::new(asked, points, &shares, solver, observer)?;
     let Some(fair) = asked.fair else { return run.fit(asked.iterations) };
     let shape = asked.shape.as_shape();
     let Some(squares) = fair.squares(shape, run.origin)? else { return run.fit(asked.iterations) };
@@ -71,8 +65,8 @@ pub(super) fn fit<S: Shape + Clone>(
 
 pub(super) struct Run<'a, S> {
     pub(super) asked: &'a CloudFit<S>,
-    pub(super) points: Vec<Point>,
-    pub(super) shares: Vec<f64>,
+    pub(super) points: &'a [Point],
+    shares: &'a [f64],
     pub(super) solver: &'a dyn Solver,
     observer: &'a dyn Observer,
     pub(super) energies: Vec<(f64, Squares)>,
@@ -86,8 +80,8 @@ pub(super) struct Run<'a, S> {
 impl<'a, S: Shape + Clone> Run<'a, S> {
     fn new(
         asked: &'a CloudFit<S>,
-        points: &[Point],
-        shares: Vec<f64>,
+        points: &'a [Point],
+        shares: &'a [f64],
         solver: &'a dyn Solver,
         observer: &'a dyn Observer,
     ) -> Result<Self> {
@@ -130,7 +124,7 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
         let held = Held::new(nearest.assembly().system(), free, vertices.len());
         Ok(Self {
             asked,
-            points: points.to_vec(),
+            points,
             shares,
             solver,
             observer,
@@ -144,7 +138,7 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
     }
 
     pub(super) fn size(&self) -> f64 {
-        diagonal(&self.points).max(diagonal(self.asked.shape.control_vertices()))
+        diagonal(self.points).max(diagonal(self.asked.shape.control_vertices()))
     }
 
     /// From the shape as it is, in so many steps at most.
@@ -167,13 +161,18 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
             None => {
                 let before = self.state(self.asked.shape.clone(), None)?;
                 report.before = self.value(&before).0.sqrt();
-                let start = self.begin();
+                let mut start = self.asked.shape.clone();
+                let vertices = start.control_vertices_mut();
+                for (vertex, way) in self.nearest.adjustments() {
+                    if let Some(vertex) = vertices.get_mut(vertex) {
+                        *vertex += way;
+                    }
+                }
                 let moved = start.control_vertices() != before.shape.control_vertices();
                 if moved { self.state(start, None)? } else { before }
             }
         };
         let mut tau = from.map_or(FIRST, |before| before.tau);
-        let begin = self.begin();
         let (mut multipliers, mut settled) = (Vec::new(), self.held.free.is_empty());
         while report.iterations < most && !settled {
             self.observer
@@ -187,21 +186,11 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
             let mut metric = Metric::new(&model, &self.held, self.solver)?;
             multipliers = metric.multipliers(&gradient);
             let (next, change, gain) = loop {
-                let mut way = metric.least(&model, tau, &gradient);
-                let share = within(begin.control_vertices(), state.shape.control_vertices(), &way, size);
-                way.iter_mut().for_each(|d| *d *= share);
+                let way = metric.least(&model, tau, &gradient);
                 let change =
                     (0..model.rows.len()).map(|k| model.rows.sum(k, &way).norm()).fold(0.0, f64::max);
-                // What the model promises: dᵀHd = -gᵀd where it is least, and of a part s of that way 2s - s² times as much.
-                let gain = -gradient.iter().zip(&way).map(|(g, d)| g.dot(d)).sum::<f64>() * (2.0 - share);
-                if share < WITHIN {
-                    if tau >= 1.0 {
-                        report.at_reach = true;
-                        break (None, change, gain);
-                    }
-                    tau = f64::min(1.0, FACTOR * tau);
-                    continue;
-                }
+                // What the model promises: dᵀHd = -gᵀd where it is least.
+                let gain = -gradient.iter().zip(&way).map(|(g, d)| g.dot(d)).sum::<f64>();
                 let next = self.state(self.moved(&state.shape, &way, &mut metric)?, Some(&state))?;
                 let (then, after) = self.value(&next);
                 // Of sums, as below: what one rounds to a gain and the other to none would be tried again for ever.
@@ -224,43 +213,11 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
             // Where not even held feet bring it nearer, what is left is rounding.
             let promises = |part: f64| gain > part * (squares + energy);
             report.converged = next.is_none() || !promises(GAIN) || change <= self.asked.tolerance * size;
-            report.converged &= !report.at_reach;
-            settled = report.converged || report.at_reach || !promises(enough);
+            settled = report.converged || !promises(enough);
             state = next.unwrap_or(state);
         }
         report.converged |= self.held.free.is_empty();
         Ok(Descended { state, report, settled, tau, multipliers })
-    }
-
-    /// The same, or nothing where vertices are open.
-    pub(super) fn descended_if_determined(
-        &self,
-        from: Option<&Descended<S>>,
-        most: usize,
-        enough: f64,
-    ) -> Result<Option<Descended<S>>> {
-        match self.descended(from, most, enough) {
-            Err(FitError::Undetermined { .. }) => Ok(None),
-            other => other.map(Some),
-        }
-    }
-
-    /// What steps can begin from that other points led to.
-    pub(super) fn begun(&self, shape: S) -> Result<Descended<S>> {
-        let (report, multipliers) = (CloudReport::default(), Vec::new());
-        Ok(Descended { state: self.state(shape, None)?, report, settled: false, tau: FIRST, multipliers })
-    }
-
-    /// The shape as it was given, moved to where constraints hold.
-    pub(super) fn begin(&self) -> S {
-        let mut start = self.asked.shape.clone();
-        let vertices = start.control_vertices_mut();
-        for (vertex, way) in self.nearest.adjustments() {
-            if let Some(vertex) = vertices.get_mut(vertex) {
-                *vertex += way;
-            }
-        }
-        start
     }
 
     /// A shape with its feet, looked for from those of a state before where there is one.
@@ -277,30 +234,19 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
         }
         let cancelled = || self.observer.cancelled();
         let known = before.map(|before| (before.feet.as_slice(), before.order.as_slice()));
-        let found = feet(shape.as_shape(), &self.patches, &self.points, known, &cancelled)?;
+        let found = feet(shape.as_shape(), &self.patches, self.points, known, &cancelled)?;
         let (feet, order) = found.ok_or(FitError::Cancelled)?;
         Ok(State { shape, feet, order })
     }
 
     pub(super) fn model<'b>(&'b self, state: &'b State<S>) -> Result<Model<'b>> {
         let shape = state.shape.as_shape();
-        Ok(Model::new(shape, &state.feet, &state.order, &self.shares, &self.energies)?)
+        Ok(Model::new(shape, &state.feet, &state.order, self.shares, &self.energies)?)
     }
 
     /// The mean square of the distances, and what the energies come to.
     pub(super) fn value(&self, state: &State<S>) -> (f64, f64) {
-        value(&state.feet, &self.shares, &self.energies, &self.relative(&state.shape))
-    }
-
-    /// What is to be small, all of it.
-    pub(super) fn sum(&self, found: &Descended<S>) -> f64 {
-        let (squares, energy) = self.value(&found.state);
-        squares + energy
-    }
-
-    /// The area of a surface, or the length of a curve.
-    pub(super) fn measure(&self, shape: &S) -> f64 {
-        self.patches.measure(shape.control_vertices())
+        value(&state.feet, self.shares, &self.energies, &self.relative(&state.shape))
     }
 
     /// The control vertices as the energies see them.
@@ -331,14 +277,8 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
     /// What was found, measured.
     pub(super) fn hand_out(&self, descended: Descended<S>) -> Result<CloudFitted<S>> {
         let Descended { state, mut report, multipliers, .. } = descended;
-        // What is handed out is measured afresh; a foot that was known stays where nothing nearer is found.
-        let known = state.feet;
-        let mut state = self.state(state.shape, None)?;
-        for (foot, known) in state.feet.iter_mut().zip(known) {
-            if known.distance < foot.distance {
-                *foot = known;
-            }
-        }
+        // What is handed out is measured afresh.
+        let state = self.state(state.shape, None)?;
         let shapes = self.among(&state.shape);
         let assembly = self.nearest.assembly();
         self.problem.verify(assembly, &shapes, self.solver.name())?;
@@ -361,24 +301,6 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
         let feet = state.feet.iter().map(|foot| foot.at).collect();
         Ok(CloudFitted { shape: state.shape, feet, report })
     }
-}
-
-/// The part of a way that control vertices can go without any going too far at once, or from where it began.
-fn within(begin: &[Point], now: &[Point], way: &[Vector], size: f64) -> f64 {
-    let mut share = 1.0_f64;
-    for ((from, at), way) in begin.iter().zip(now).zip(way) {
-        let (away, length) = ((at - from) / size, way.norm() / size);
-        if length > FAR {
-            share = share.min(FAR / length);
-        }
-        let way = way / size;
-        if (away + way * share).norm() > REACH {
-            // |away + s way| = REACH
-            let (a, b, c) = (way.norm_squared(), away.dot(&way), away.norm_squared() - REACH * REACH);
-            share = share.min(((b * b - a * c).max(0.0).sqrt() - b).max(0.0) / a);
-        }
-    }
-    share
 }
 
 /// The shares of the points: their weights, or all alike.

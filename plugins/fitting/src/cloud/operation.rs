@@ -65,12 +65,7 @@ const DECLARATION: Declaration = Declaration {
             "1e-9",
             "the search ends when no foot moves by more than this part of the points' diagonal",
         ),
-        Field::optional(
-            "iterations",
-            "whole number",
-            "100",
-            "steps, at most, beside those by which the weight is tried on points left out",
-        ),
+        Field::optional("iterations", "whole number", "100", "steps, at most"),
         Field::optional(
             "smooth",
             "0 | 1 | 2",
@@ -278,9 +273,7 @@ fn report_of(object: &str, report: &CloudReport, points: &[Point], unit: Unit) -
         notes.push(format!(
             "the energy's weight follows from the noise: fair = {weight} asks for the same, fair = 0 for none", weight = figure(weight)));
     }
-    if report.at_reach {
-        notes.push("control vertices that few points see went ten times the size of points and shape, and no farther: leave \"fair\" out or give a larger one".to_owned());
-    } else if !report.converged {
+    if !report.converged {
         notes.push(format!(
             "after {} steps the last one still moved a foot by {}: more iterations would come nearer",
             report.iterations,

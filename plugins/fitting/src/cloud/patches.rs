@@ -114,25 +114,6 @@ impl Patches {
         (0..self.rows.len()).map(|k| self.rows.apply(k, vertices)).collect()
     }
 
-    /// The area of a surface, or the length of a curve, with these control vertices: that of triangles and lines between the points of all pieces.
-    pub(super) fn measure(&self, vertices: &[Point]) -> f64 {
-        let points = self.points(vertices);
-        let by = |piece: &Piece, [a, b]: [usize; 2], [c, d]: [usize; 2]| {
-            points[piece.samples[c][d] as usize] - points[piece.samples[a][b] as usize]
-        };
-        let line = |piece: &Piece| (0..2).map(|a| by(piece, [a, 0], [a + 1, 0]).norm()).sum::<f64>();
-        // Half the product of the diagonals of each quarter.
-        let quarters = |piece: &Piece| {
-            let all = [[0, 0], [0, 1], [1, 0], [1, 1]].into_iter();
-            all.map(|[a, b]| {
-                let (one, other) = (by(piece, [a, b], [a + 1, b + 1]), by(piece, [a, b + 1], [a + 1, b]));
-                one.cross(&other).norm() / 2.0
-            })
-            .sum::<f64>()
-        };
-        self.pieces.iter().map(|piece| if self.curve { line(piece) } else { quarters(piece) }).sum()
-    }
-
     /// The box of parameters that a foot may be looked for in from a piece, and the directions in which it is closed.
     pub(super) fn room(&self, piece: usize) -> Room {
         let face = self.patches[self.pieces[piece].patch as usize].face;
