@@ -7,8 +7,10 @@ use std::path::Path;
 use loftsman::area_volume::{surface_area, volume_of};
 use loftsman::kernel::brep::Brep;
 use loftsman::kernel::functional::{Shapes, value_of};
-use loftsman::kernel::plugin::{Chord, Fineness, Tessellator};
-use loftsman::kernel::scene::Geometry;
+use loftsman::kernel::plugin::{Chord, Context, Fineness, Parameters, Tessellator};
+use loftsman::kernel::scene::{Geometry, Object, Scene};
+use loftsman::kernel::{Point, Vector};
+use serde_json::json;
 
 /// What OpenCASCADE finds in a file; `unsure` is what its own integrals are unsure by.
 #[derive(serde::Deserialize)]
@@ -176,4 +178,25 @@ fn a_torus_of_one_trimmed_surface_is_whole() {
         area += 0.5 * (b - a).cross(&(c - a)).norm();
     }
     assert!((area / exact - 1.0).abs() < 2e-3, "{area} {exact}");
+}
+
+/// What is told of a quantity that was asked for is that of the solid as it came out: an edit may give its faces other control vertices.
+#[test]
+fn what_was_asked_is_told_of_the_solid_that_came_out() {
+    let registry = loftsman::registry();
+    let operation = registry.find_operation("edit", "op").unwrap();
+    for from in [Point::origin(), Point::new(50.0, -20.0, 7.0)] {
+        let block = Brep::block(from, from + Vector::new(2.0, 3.0, 4.0)).unwrap();
+        let mut scene = Scene::new();
+        scene.add(Object::new("block", block.into())).unwrap();
+        let fields = json!({ "faces": [1], "constraints": [{ "kind": "volume", "scale": 1.1 }] });
+        let parameters = Parameters::new(fields, "step[0]").unwrap();
+        let report = operation.apply(&mut scene, &parameters, &Context::quiet(registry)).unwrap();
+        let Geometry::Brep(brep) = scene.object("block").unwrap().geometry() else { panic!("a brep") };
+        let volume = volume_of(brep).unwrap();
+        assert!((volume - 26.4).abs() < 1e-8, "{volume}");
+        let told = report.asked[0].value;
+        let near = |value: Option<f64>, wanted: f64| value.is_some_and(|x| (x - wanted).abs() < 1e-8);
+        assert!(near(told.before, 24.0) && near(told.after, 26.4), "{told:?}");
+    }
 }

@@ -217,9 +217,12 @@ impl Problem {
                 return None;
             }
             let of = |shapes: &[Box<dyn Shape>]| -> Option<f64> {
+                // What it takes from the shape at the start it has from that. A shape of several pieces has other control vertices since it was made
+                // ready to be moved: of that everything is taken as it is.
+                let is_ready = shapes.iter().any(|shape| shape.bonds().is_some());
+                let start = if is_ready { shapes } else { &self.shapes[..] };
+                let bound = functional.bind(&Shapes::new(start.iter().map(AsRef::as_ref))).ok()?;
                 let shapes = Shapes::new(shapes.iter().map(AsRef::as_ref));
-                // What it takes from the shape at the start it has from that.
-                let bound = functional.bind(&Shapes::new(self.shapes.iter().map(AsRef::as_ref))).ok()?;
                 let mut value = [0.0];
                 value_of(bound.as_deref().unwrap_or(functional.as_ref()), &shapes, &mut value).ok()?;
                 value[0].is_finite().then_some(value[0])
