@@ -88,7 +88,7 @@ pub fn area_of(curve: &dyn Shape) -> Result<f64> {
 }
 
 /// The volume inside a closed surface, positive where its normals point outwards: what `volume().evaluate(surface)` is. Nothing is kept for a second
-/// time: where the surface says the [nets](loftsman_kernel::shape::Cells::nets) of its cells, these are summed side by side, a microsecond each.
+/// time: where the surface says the [nets](loftsman_kernel::shape::Cells::nets) of its cells, these are summed side by side, without rows.
 ///
 /// # Errors
 /// When it is not closed, or encloses nothing.
