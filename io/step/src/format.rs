@@ -36,6 +36,7 @@ impl Format for Step {
                 colors: true,
                 labels: true,
                 splines_of_shapes: true,
+                statements: &[crate::OCCURRENCE],
                 ..Holds::NOTHING
             },
         }

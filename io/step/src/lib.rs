@@ -24,7 +24,9 @@
 //! | triangulated faces and solids (AP242) | a mesh each |
 //! | product | an object named after it, a group where it holds several things or others |
 //! | product that is used more than once, mapped representation | a definition, and instances of it |
+//! | occurrence of a part that is used once | its name, where it is another one than the part's, is kept for STEP |
 //! | styled item | the colour of an object or a face |
+//! | styled item in the context of an occurrence | the colour of that instance; the part's own becomes that of its other instances |
 //! | layer assignment, invisibility | layers, hidden ones |
 //! | length unit | the scene's unit; parts in other units are brought to the first one |
 //! | uncertainty | the tolerance of edges and vertices |
@@ -33,7 +35,7 @@
 //! annotations and who approved what are not read.
 //!
 //! **Writing.** AP242. Each object is a product under its name, with its label; groups and definitions are assemblies, instances occurrences of a
-//! product that is written once. Curves, polylines, points, surfaces and trimmed surfaces go into geometric sets, Breps out as solids or surface
+//! product that is written once, with colours of their own for what has none; so do objects that share a geometry. Curves, polylines, points, surfaces and trimmed surfaces go into geometric sets, Breps out as solids or surface
 //! models, their faces and edges as what they are: planes, cylinders, extrusions and revolutions, lines, circles, conics, else B-splines, with the parameter curves that are known on
 //! these. Trimmed surfaces are bounded by their loops in parameters (`CURVE_BOUNDED_SURFACE`), exactly; meshes are tessellated shells of
 //! triangles. Numbers read back to the same bits.
@@ -56,6 +58,12 @@ const SCENE: &str = "the scene as a whole";
 
 /// What the product of a definition is said to be: instances show it, however many there are.
 const DEFINITION: &str = "what instances show";
+
+/// The heading under which an object keeps what its part is called where it is used, in a file by another program.
+const OCCURRENCE: &str = "step occurrence";
+
+/// What a product is said to be whose geometry several objects share.
+const SHARED: &str = "what objects share";
 
 /// What the product of a group without anything in it is said to be.
 const GROUP: &str = "a group";

@@ -6,6 +6,7 @@ mod files;
 mod forms;
 mod geometry;
 mod hostile;
+mod occurrences;
 mod parameters;
 mod round_trip;
 mod sweeps;

@@ -3,6 +3,7 @@
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge as edge
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace as face
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeWire as wire
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox as box
 from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism as prism
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeRevol as revolved
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeTorus as torus
@@ -16,9 +17,17 @@ from OCP.Geom import (
     Geom_SurfaceOfRevolution,
 )
 from OCP.GeomAPI import GeomAPI_PointsToBSpline
-from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Elips, gp_Hypr, gp_Parab, gp_Pnt, gp_Vec
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Elips, gp_Hypr, gp_Parab, gp_Pnt, gp_Trsf, gp_Vec
 from OCP.IGESControl import IGESControl_Writer
+from OCP.Quantity import Quantity_Color, Quantity_TOC_RGB
+from OCP.STEPCAFControl import STEPCAFControl_Writer
 from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
+from OCP.TCollection import TCollection_ExtendedString as text
+from OCP.TDataStd import TDataStd_Name
+from OCP.TDocStd import TDocStd_Document
+from OCP.TopLoc import TopLoc_Location
+from OCP.XCAFApp import XCAFApp_Application
+from OCP.XCAFDoc import XCAFDoc_ColorSurf, XCAFDoc_DocumentTool
 
 origin, up = gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)
 
@@ -65,3 +74,43 @@ writer = IGESControl_Writer("MM", 0)
 writer.AddShape(torus(5, 1).Shape())
 writer.ComputeModel()
 writer.Write("torus.igs")
+
+# An assembly whose occurrences have names and colours of their own.
+document = TDocStd_Document(text("made"))
+XCAFApp_Application.GetApplication_s().NewDocument(text("MDTV-XCAF"), document)
+shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+colors = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
+
+
+def called(label, name, color=None):
+    TDataStd_Name.Set_s(label, text(name))
+    if color is not None:
+        colors.SetColor(label, Quantity_Color(*color, Quantity_TOC_RGB), XCAFDoc_ColorSurf)
+    return label
+
+
+def occurrence(whole, part, name, shift, color=None):
+    move = gp_Trsf()
+    move.SetTranslation(gp_Vec(shift, 0, 0))
+    called(shapes.AddComponent(whole, part, TopLoc_Location(move)), name, color)
+
+
+brick = called(shapes.AddShape(box(1, 2, 3).Shape(), False), "brick", (1, 0, 0))
+bare = called(shapes.AddShape(box(1, 1, 1).Shape(), False), "bare")
+pin = called(shapes.AddShape(box(0.5, 0.5, 4).Shape(), False), "pin", (0, 0, 1))
+pair, wall = called(shapes.NewShape(), "pair"), called(shapes.NewShape(), "wall")
+occurrence(pair, brick, "one", 0)
+occurrence(pair, brick, "two", 2, (0, 0, 1))
+occurrence(wall, brick, "left", 10)
+occurrence(wall, brick, "right", 12, (0, 1, 0))
+occurrence(wall, bare, "seen", 14, (1, 1, 0))
+occurrence(wall, bare, "unseen", 16)
+occurrence(wall, pin, "the only pin", 18, (0, 1, 1))
+occurrence(wall, pair, "first pair", 20)
+occurrence(wall, pair, "second pair", 30, (1, 1, 0))
+shapes.UpdateAssemblies()
+writer = STEPCAFControl_Writer()
+writer.SetColorMode(True)
+writer.SetNameMode(True)
+writer.Transfer(document)
+writer.Write("occurrences.step")

@@ -1,6 +1,7 @@
 //! From products to the objects of a scene: each on its place, what is shown more than once as a definition.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use loftsman_kernel::plugin::{FormatError, ReadOptions};
 use loftsman_kernel::scene::{Definition, Geometry, Layer, Object, Scene, Up};
@@ -8,6 +9,7 @@ use nalgebra::Matrix4;
 
 use super::entity::{Problem, entity, kind};
 use super::items::{Item, Items};
+use super::occurrence;
 use super::place::Space;
 use super::product::{Node, Products, Role, representation, units};
 use super::report::Account;
@@ -36,6 +38,8 @@ pub(crate) struct Emitter<'r, 'a, 'f> {
     shown: Vec<bool>,
     /// The definition of each node that is shown more than once.
     definitions: Vec<Option<String>>,
+    /// The colours of definitions that go to their instances.
+    lifted: Vec<Option<[f64; 4]>>,
 }
 
 /// Where something is put.
@@ -44,6 +48,16 @@ struct Spot<'n> {
     label: &'n str,
     parent: Option<&'n str>,
     transform: Option<Matrix4<f64>>,
+    /// The colour of the occurrence that this is, before all others.
+    color: Option<[f64; 4]>,
+    /// What it is called where it is used, if that is nothing that its name or label says.
+    occurrence: Option<&'n str>,
+}
+
+impl<'n> Spot<'n> {
+    fn new(name: &'n str, label: &'n str, parent: Option<&'n str>) -> Self {
+        Self { name, label, parent, transform: None, color: None, occurrence: None }
+    }
 }
 
 impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
@@ -55,8 +69,19 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
         account: &'a mut Account<'r, 'f>,
         stem: &'r str,
     ) -> Self {
-        let (items, marks, shown, definitions) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { file, products, styles, contexts, account, stem, items, marks, shown, definitions }
+        Self {
+            file,
+            products,
+            styles,
+            contexts,
+            account,
+            stem,
+            items: Vec::new(),
+            marks: Vec::new(),
+            shown: Vec::new(),
+            definitions: Vec::new(),
+            lifted: Vec::new(),
+        }
     }
 
     /// The scene of all products.
@@ -75,14 +100,16 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
         // Names first: definitions show one another, in any order.
         let mut names = Scene::new();
         for (node, found) in nodes.iter().enumerate() {
-            let is_one =
-                self.shown[node] && (found.uses > 1 || found.uses > 0 && found.role == Role::Definition);
+            let is_one = self.shown[node]
+                && !self.is_shared(node)
+                && (found.uses > 1 || found.uses > 0 && found.role == Role::Definition);
             let name = names.unique_name(self.name(&found.name));
             if is_one {
                 names.add(Object::new(name.clone(), Geometry::Group))?;
             }
             self.definitions.push(is_one.then_some(name));
         }
+        self.lift();
         for node in 0..nodes.len() {
             if let Some(name) = self.definitions[node].clone() {
                 let mut list = Definition::new(name);
@@ -93,11 +120,11 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
         let mut all = Definition::new("scene");
         for (node, found) in nodes.iter().enumerate() {
             if found.uses == 0 && self.shown[node] && found.role == Role::Scene {
-                self.children(&mut all, node, None, 0)?;
+                self.children(&mut all, node, &Spot::new("", "", None), 0)?;
             } else if found.uses == 0 && self.shown[node] {
                 let name = self.name(&found.name).to_owned();
                 let label = found.label.clone();
-                let spot = Spot { name: &name, label: &label, parent: None, transform: None };
+                let spot = Spot::new(&name, &label, None);
                 self.place(&mut all, node, &spot, 0)?;
             }
         }
@@ -127,6 +154,39 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
 
     fn name(&self, name: &'r str) -> &'r str {
         if name.is_empty() { self.stem } else { name }
+    }
+
+    /// Whether a node is a geometry that objects share, as files say that were written here.
+    fn is_shared(&self, node: usize) -> bool {
+        let found = &self.products.nodes[node];
+        found.role == Role::Shared && found.children.is_empty() && self.items[node].len() == 1
+    }
+
+    /// Gives the colours of parts to their instances, where some of these have other ones, and tells which have no effect.
+    fn lift(&mut self) {
+        let nodes = &self.products.nodes;
+        if nodes.iter().flat_map(|node| &node.children).all(|child| child.color.is_none()) {
+            return;
+        }
+        self.lifted = occurrence::lifted(nodes, |node| match &self.items[node][..] {
+            [only] if self.definitions[node].is_some() && nodes[node].children.is_empty() => only.color,
+            _ => None,
+        });
+        let keeps = |node: usize| {
+            self.definitions[node].is_some() && self.items[node].iter().any(|item| item.color.is_some())
+        };
+        let keeping = occurrence::keeping(nodes, keeps);
+        for (items, _) in self.items.iter_mut().zip(&self.lifted).filter(|(_, lifted)| lifted.is_some()) {
+            items.iter_mut().for_each(|item| item.color = None);
+        }
+        let children = nodes.iter().flat_map(|node| &node.children);
+        let without = children.filter(|child| {
+            let goes_to_all = self.lifted[child.node].is_some() || !keeping[child.node];
+            child.color.is_some() && !goes_to_all
+        });
+        let text = "its colour goes only to what in it has no colour of its own here";
+        let told: Vec<_> = without.map(|child| self.account.told(child.number, text)).collect();
+        told.into_iter().for_each(|note| self.account.note(note));
     }
 
     /// Which nodes show anything, themselves or below.
@@ -201,10 +261,9 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
         let name = self.name(&self.products.nodes[node].name).to_owned();
         for item in std::mem::take(&mut self.items[node]) {
             let called = if item.name.is_empty() { name.clone() } else { item.name.clone() };
-            let spot = Spot { name: &called, label: &called, parent: None, transform: None };
-            put(list, item, &spot)?;
+            put(list, item, &Spot::new(&called, &called, None))?;
         }
-        self.children(list, node, None, 0)
+        self.children(list, node, &Spot::new("", "", None), 0)
     }
 
     /// A node as objects: one, or a group with what is in it and below it.
@@ -215,7 +274,11 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
         spot: &Spot<'_>,
         depth: usize,
     ) -> Result<(), FormatError> {
-        let mut items = std::mem::take(&mut self.items[node]);
+        let mut items = if self.is_shared(node) {
+            self.items[node].clone()
+        } else {
+            std::mem::take(&mut self.items[node])
+        };
         let own = &self.products.nodes[node];
         let below = own.role == Role::Group || own.children.iter().any(|child| self.shown[child.node]);
         let head = match items.len() {
@@ -230,22 +293,24 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
             }
             _ => {
                 let (color, layer) = self.marks[node].clone();
-                let group = Item { name: String::new(), geometry: Geometry::Group, color, layer };
-                put(list, group, spot)?
+                let geometry = Arc::new(Geometry::Group);
+                let group = Item { name: String::new(), geometry, color, layer };
+                put(list, group, &Spot { color: None, ..*spot })?
             }
         };
         for item in items {
             let called = if item.name.is_empty() { head.clone() } else { item.name.clone() };
-            put(list, item, &Spot { name: &called, label: &called, parent: Some(&head), transform: None })?;
+            put(list, item, &Spot { color: spot.color, ..Spot::new(&called, &called, Some(&head)) })?;
         }
-        self.children(list, node, Some(&head), depth)
+        self.children(list, node, &Spot { color: spot.color, ..Spot::new("", "", Some(&head)) }, depth)
     }
 
+    /// What is in a node, under the parent and in the colour that are given.
     fn children(
         &mut self,
         list: &mut Definition,
         node: usize,
-        parent: Option<&str>,
+        under: &Spot<'_>,
         depth: usize,
     ) -> Result<(), FormatError> {
         let products = self.products;
@@ -262,18 +327,31 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
             let transform = Some(child.place).filter(|place| *place != Matrix4::identity());
             let called =
                 |own: &str, other: &str| if own.is_empty() { other.to_owned() } else { own.to_owned() };
+            let color = under.color.or(child.color);
+            let (parent, occurrence) = (under.parent, None);
             match self.definitions[child.node].clone() {
                 Some(definition) => {
                     let name = called(&child.name, &definition);
                     let label = called(&child.label, &name);
-                    let geometry = Geometry::Instance(definition);
-                    let item = Item { name: String::new(), geometry, color: None, layer: None };
-                    put(list, item, &Spot { name: &name, label: &label, parent, transform })?;
+                    let geometry = Arc::new(Geometry::Instance(definition));
+                    let lifted = self.lifted.get(child.node).copied().flatten();
+                    let item = Item { name: String::new(), geometry, color: lifted, layer: None };
+                    let spot = Spot { name: &name, label: &label, parent, transform, color, occurrence };
+                    put(list, item, &spot)?;
+                }
+                None if self.is_shared(child.node) => {
+                    let name = called(&child.name, self.name(&of.name));
+                    let label = called(&child.label, &name);
+                    let spot = Spot { name: &name, label: &label, parent, transform, color, occurrence };
+                    self.place(list, child.node, &spot, depth + 1)?;
                 }
                 None => {
                     let name = called(&of.name, self.name(&child.name));
                     let label = called(&of.label, &name);
-                    let spot = Spot { name: &name, label: &label, parent, transform };
+                    let own = child.label.as_str();
+                    let occurrence = Some(own)
+                        .filter(|own| !own.is_empty() && ![name.as_str(), label.as_str()].contains(own));
+                    let spot = Spot { name: &name, label: &label, parent, transform, color, occurrence };
                     self.place(list, child.node, &spot, depth + 1)?;
                 }
             }
@@ -285,8 +363,9 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
 /// Adds an object, under a name of its own, which is given back.
 fn put(list: &mut Definition, item: Item, spot: &Spot<'_>) -> Result<String, FormatError> {
     let name = list.unique_name(spot.name);
-    let mut object = Object::new(name.clone(), item.geometry).labelled(spot.label);
-    object.color = item.color;
+    let mut object = Object::sharing(name.clone(), item.geometry).labelled(spot.label);
+    object.color = spot.color.or(item.color);
+    object.statements.extend(spot.occurrence.map(|own| (crate::OCCURRENCE.to_owned(), own.to_owned())));
     object.layer = item.layer;
     object.parent = spot.parent.map(str::to_owned);
     object.transform = spot.transform;

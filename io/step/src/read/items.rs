@@ -1,6 +1,7 @@
 //! What representations hold: solids, surfaces, curves, points, meshes.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
 use loftsman_kernel::mesh::{Cloud, Polyline};
 use loftsman_kernel::scene::Geometry;
@@ -13,9 +14,10 @@ use super::report::Account;
 use super::style::Styles;
 
 /// Something that becomes an object.
+#[derive(Clone)]
 pub(crate) struct Item {
     pub(crate) name: String,
-    pub(crate) geometry: Geometry,
+    pub(crate) geometry: Arc<Geometry>,
     pub(crate) color: Option<[f64; 4]>,
     pub(crate) layer: Option<String>,
 }
@@ -62,7 +64,7 @@ impl<'r, 'a, 'f> Items<'r, 'a, 'f> {
         let either = [Some(number), set];
         let color = either.iter().flatten().find_map(|&number| self.styles.color(number));
         let layer = either.iter().flatten().find_map(|&number| self.styles.layer(number)).cloned();
-        self.found.push(Item { name, geometry, color, layer });
+        self.found.push(Item { name, geometry: Arc::new(geometry), color, layer });
     }
 
     fn one(&mut self, number: u64, set: Option<u64>, depth: usize) -> Got<()> {

@@ -36,6 +36,8 @@ pub(crate) enum Role {
     Definition,
     /// A group, whether anything is in it or not.
     Group,
+    /// A geometry that several objects share.
+    Shared,
 }
 
 /// A product in another one.
@@ -47,6 +49,8 @@ pub(crate) struct Child {
     pub(crate) name: String,
     pub(crate) label: String,
     pub(crate) place: Matrix4<f64>,
+    /// The colour that its part has here, whatever it has elsewhere.
+    pub(crate) color: Option<[f64; 4]>,
 }
 
 /// All products of a file.
@@ -56,6 +60,8 @@ pub(crate) struct Products {
     /// Of each PRODUCT_DEFINITION and each representation the node.
     definitions: HashMap<u64, usize>,
     of_representation: HashMap<u64, usize>,
+    /// Of each representation or definition of the shape of an occurrence that occurrence.
+    of_occurrences: HashMap<u64, u64>,
     /// The entities that were understood.
     pub(crate) read: Vec<u64>,
     pub(crate) problems: Vec<Problem>,
@@ -150,6 +156,9 @@ impl Products {
         let about = entity(file, definition)?;
         if !about.only().starts_with(b"PRODUCT_DEFINITION") || about.only() == b"PRODUCT_DEFINITION_SHAPE" {
             self.aside.insert(first);
+            if about.only() == b"NEXT_ASSEMBLY_USAGE_OCCURRENCE" {
+                self.of_occurrences.insert(first, definition);
+            }
             return Ok(());
         }
         let node = self.product(file, &about);
@@ -186,6 +195,7 @@ impl Products {
                 (crate::SCENE, Role::Scene),
                 (crate::DEFINITION, Role::Definition),
                 (crate::GROUP, Role::Group),
+                (crate::SHARED, Role::Shared),
             ];
             let own = roles.into_iter().filter(|_| file.header.system == crate::SYSTEM);
             let role = own
@@ -216,6 +226,7 @@ impl Products {
         let property = entity(file, placed.args().reference(1)?)?;
         let usage = property.args().reference(2)?;
         self.read.extend([relation.number, property.number]);
+        self.of_occurrences.extend([(number, usage), (property.number, usage), (relation.number, usage)]);
         if relation.part("REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION").is_none() {
             return Ok(None);
         }
@@ -260,9 +271,14 @@ impl Products {
             }
             None => Matrix4::identity(),
         };
-        self.nodes[whole].children.push(Child { number, node: part, name, label, place });
+        self.nodes[whole].children.push(Child { number, node: part, name, label, place, color: None });
         self.read.push(number);
         Ok(())
+    }
+
+    /// The occurrence whose shape, representation of it, or place something is.
+    pub(crate) fn occurrence(&self, number: u64) -> Option<u64> {
+        self.of_occurrences.get(&number).copied()
     }
 
     /// Representations that no product has.
@@ -304,6 +320,7 @@ impl Products {
                                 name,
                                 label,
                                 place,
+                                color: None,
                             });
                             self.read.push(item);
                         }

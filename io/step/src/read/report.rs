@@ -115,7 +115,7 @@ impl<'r, 'f> Account<'r, 'f> {
     }
 
     /// An entity in words: `#345 (CARTESIAN_POINT), line 812: why`.
-    fn told(&self, number: u64, text: &str) -> String {
+    pub(crate) fn told(&self, number: u64, text: &str) -> String {
         match self.file.place(number) {
             Some(place) => {
                 let kind = match self.file.kind(place) {

@@ -14,10 +14,22 @@ pub(crate) struct Styles {
     layers: HashMap<u64, String>,
     /// The layers, with what stands beside their names.
     pub(crate) named: Vec<(String, String)>,
+    /// The colours that things have in some context only.
+    pub(crate) within: Vec<Within>,
     /// Names of layers that are hidden.
     pub(crate) hidden: HashSet<String>,
     /// The entities that say it.
     pub(crate) read: Vec<u64>,
+}
+
+/// A colour that something has in a context: where one occurrence shows it.
+#[derive(Debug)]
+pub(crate) struct Within {
+    /// The entity that says so.
+    pub(crate) number: u64,
+    pub(crate) item: u64,
+    pub(crate) context: u64,
+    pub(crate) color: [f64; 4],
 }
 
 impl Styles {
@@ -36,18 +48,37 @@ impl Styles {
         let styled = entity(file, number)?;
         let args = styled.args();
         let item = args.reference(2)?;
-        let mut search = Search { file, color: None, alpha: 1.0, left: 256 };
+        let (mut context, mut search) = (None, Search { file, color: None, alpha: 1.0, left: 256 });
         for style in args.references(1)? {
-            search.visit(style, 0);
+            if kind(file, style) == b"PRESENTATION_STYLE_BY_CONTEXT" {
+                let by_context = entity(file, style)?;
+                context = context.or(by_context.args().reference(1).ok());
+                by_context.args().references(0)?.into_iter().for_each(|style| search.visit(style, 0));
+            } else {
+                search.visit(style, 0);
+            }
         }
         if let Some([r, g, b]) = search.color {
             let color = [from_srgb(r), from_srgb(g), from_srgb(b), search.alpha];
             if color.iter().all(|c| c.is_finite()) {
-                self.colors.insert(item, color);
-                self.read.push(number);
+                match context {
+                    Some(context) => self.within.push(Within { number, item, context, color }),
+                    None => {
+                        self.colors.insert(item, color);
+                        self.read.push(number);
+                    }
+                }
             }
         }
         Ok(())
+    }
+
+    /// Takes in colours in contexts that are no occurrences: those of what has no other.
+    pub(crate) fn everywhere(&mut self, left: Vec<Within>) {
+        for Within { number, item, color, .. } in left {
+            self.colors.entry(item).or_insert(color);
+            self.read.push(number);
+        }
     }
 
     /// Takes in one PRESENTATION_LAYER_ASSIGNMENT.

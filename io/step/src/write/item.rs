@@ -18,6 +18,8 @@ pub(crate) struct Items {
     /// Faces of colours of their own.
     pub(crate) faces: Vec<(u64, [f64; 4])>,
     pub(crate) carrier: Carrier,
+    /// Whether what a colour of all is given to has one.
+    pub(crate) has_color: bool,
     /// The type of the representation.
     pub(crate) representation: &'static str,
     /// How it went out, and what comes back changed.
@@ -54,6 +56,7 @@ impl Items {
             colored: elements.to_vec(),
             faces: Vec::new(),
             carrier,
+            has_color: false,
             representation,
             form,
             changes: Vec::new(),
@@ -191,6 +194,7 @@ pub(crate) fn put(p: &mut Printer, geometry: &Geometry, name: &str) -> loftsman_
                 colored: vec![shell],
                 faces: Vec::new(),
                 carrier: Carrier::Surface,
+                has_color: false,
                 representation: "TESSELLATED_SHAPE_REPRESENTATION",
                 form: "triangles",
                 changes: changes.into_iter().collect(),
@@ -211,6 +215,7 @@ pub(crate) fn put(p: &mut Printer, geometry: &Geometry, name: &str) -> loftsman_
                 items: written.items,
                 faces,
                 carrier: Carrier::Surface,
+                has_color: false,
                 representation: if written.solid {
                     "ADVANCED_BREP_SHAPE_REPRESENTATION"
                 } else {

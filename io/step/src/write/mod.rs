@@ -5,6 +5,7 @@ mod context;
 mod facets;
 mod form;
 mod item;
+mod occurrence;
 mod parameters;
 mod print;
 mod spline;
@@ -14,6 +15,7 @@ mod trimmed;
 
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::rc::Rc;
 
 use loftsman_kernel::brep::Frame;
 use loftsman_kernel::plugin::{FormatError, FormatErrorKind, Outgoing, Sink, WriteReport, Written};
@@ -24,6 +26,7 @@ use nalgebra::Matrix4;
 use crate::part21::encode;
 use context::{Common, END, header};
 use item::Put;
+use occurrence::{Key, shared};
 use print::{Printer, references};
 use style::{Carrier, Looks};
 
@@ -53,6 +56,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         looks: Looks::default(),
         origin: 0,
         definitions: HashMap::new(),
+        shared: shared(&scene),
         report: WriteReport::default(),
     };
     writer.scene()?;
@@ -66,13 +70,16 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
 }
 
 /// A product that was written.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Product {
     definition: u64,
     representation: u64,
+    /// What in it has no colour, and takes that of an occurrence.
+    plain: Rc<[(u64, Carrier)]>,
 }
 
 /// An object that was written as a product: as what, and what comes back changed.
+#[derive(Debug, Clone)]
 struct Out {
     product: Product,
     form: &'static str,
@@ -85,6 +92,7 @@ struct Component<'s> {
     name: &'s str,
     label: &'s str,
     place: Option<Frame>,
+    color: Option<[f64; 4]>,
 }
 
 struct Writer<'w, 's> {
@@ -98,6 +106,8 @@ struct Writer<'w, 's> {
     origin: u64,
     /// The products of definitions; none where nothing of one goes out.
     definitions: HashMap<&'s str, Option<Product>>,
+    /// The products of geometries that several objects share, once they are written.
+    shared: HashMap<Key<'s>, Option<Result<Out, Cow<'static, str>>>>,
     report: WriteReport,
 }
 
@@ -132,7 +142,10 @@ impl<'s> Writer<'_, 's> {
         let tree = Tree::new(objects, true);
         // What stands by itself is a product by itself; what is placed needs one that it is placed in.
         let placed = |object: &Object| {
-            object.transform.is_some() || matches!(object.geometry(), Geometry::Instance(_))
+            object.transform.is_some()
+                || matches!(object.geometry(), Geometry::Instance(_))
+                || !tree.below.contains_key(object.name())
+                    && self.shared.contains_key(&Key::of(self.scene, object))
         };
         let assembly = tree.top.iter().any(|&place| placed(&objects[place]));
         let mut components = Vec::new();
@@ -180,7 +193,10 @@ impl<'s> Writer<'_, 's> {
             _ => self.own(tree, at, inner.as_ref(), &components).map_err(|e| e.of(name))?,
         };
         self.flush()?;
-        Ok(product.map(|product| Component { product, name, label, place }))
+        let color = object.color.filter(|_| matches!(object.geometry(), Geometry::Instance(_)));
+        // What others called this one of a part.
+        let label = object.statement(crate::OCCURRENCE).unwrap_or(label);
+        Ok(product.map(|product| Component { product, name, label, place, color }))
     }
 
     /// The product of what an instance shows.
@@ -197,9 +213,6 @@ impl<'s> Writer<'_, 's> {
         if tree.told {
             let told = &mut self.report.objects[at];
             told.form = "occurrence of a product".to_owned();
-            if object.color.is_some() {
-                told.change("its colour is left out: an occurrence has none");
-            }
             if object.layer.is_some() {
                 told.change("its layer is left out: an occurrence has none");
             }
@@ -216,15 +229,22 @@ impl<'s> Writer<'_, 's> {
                     .then(|| self.assembly([object.name(), object.label(), ""], None, None, &components))
             }
         };
+        if tree.told {
+            let plain = product.as_ref().map(|product| &*product.plain);
+            if let Some(change) = object.color.and_then(|color| occurrence::told(plain?, color)) {
+                self.report.objects[at].change(change);
+            }
+        }
         if under.is_empty() {
             if product.is_none() && tree.told {
                 self.report.objects[at].leave_out("nothing of what it shows goes out");
             }
             return Ok(product);
         }
-        // Objects hang under the instance: both are in a product of its own.
+        // Objects hang under the instance: both are in a product of its own, in which it alone has the colour.
         if let Some(product) = product {
-            under.insert(0, Component { product, name: object.name(), label: object.label(), place: None });
+            let (name, label) = (object.name(), object.label());
+            under.insert(0, Component { product, name, label, place: None, color: object.color });
         }
         Ok(Some(self.assembly([object.name(), object.label(), ""], None, None, &under)))
     }
@@ -232,7 +252,7 @@ impl<'s> Writer<'_, 's> {
     /// The product of a definition, written once.
     fn definition(&mut self, name: &'s str, depth: usize) -> Result<Option<Product>, FormatError> {
         if let Some(known) = self.definitions.get(name) {
-            return Ok(*known);
+            return Ok(known.clone());
         }
         let tree = Tree::new(self.scene.definition(name)?.objects(), false);
         let product = match tree.objects {
@@ -252,7 +272,7 @@ impl<'s> Writer<'_, 's> {
                     .then(|| self.assembly([name, name, crate::DEFINITION], None, None, &components))
             }
         };
-        self.definitions.insert(name, product);
+        self.definitions.insert(name, product.clone());
         Ok(product)
     }
 
@@ -265,7 +285,18 @@ impl<'s> Writer<'_, 's> {
         under: &[Component<'_>],
     ) -> Result<Option<Product>, FormatError> {
         let object = &tree.objects[at];
-        let out = self.product(object, baked, under, [object.name(), object.label(), ""])?;
+        let key = Key::of(self.scene, object);
+        let is_shared = baked.is_none() && under.is_empty() && self.shared.contains_key(&key);
+        let out = match self.shared.get(&key) {
+            Some(Some(known)) if is_shared => known.clone(),
+            _ => {
+                let about = if is_shared { crate::SHARED } else { "" };
+                self.product(object, baked, under, [object.name(), object.label(), about])?
+            }
+        };
+        if is_shared {
+            self.shared.insert(key, Some(out.clone()));
+        }
         if tree.told {
             let told = &mut self.report.objects[at];
             match &out {
@@ -314,6 +345,7 @@ impl<'s> Writer<'_, 's> {
                 for &(face, color) in &items.faces {
                     self.looks.color(&mut self.printer, face, color, Carrier::Surface);
                 }
+                items.has_color = color.is_some();
                 for &number in &items.colored {
                     if let Some(color) = color {
                         self.looks.color(&mut self.printer, number, color, items.carrier);
@@ -359,7 +391,7 @@ impl<'s> Writer<'_, 's> {
         let shape = p.put(&format!("PRODUCT_DEFINITION_SHAPE('','',#{definition})"));
         p.put(&format!("SHAPE_DEFINITION_REPRESENTATION(#{shape},#{representation})"));
         for (component, place) in components.iter().zip(places) {
-            let Component { product: part, name, label, .. } = component;
+            let Component { product: part, name, label, color, .. } = component;
             let (name, label) = (encode(name), encode(label));
             let usage = p.put(&format!(
                 "NEXT_ASSEMBLY_USAGE_OCCURRENCE({name},{label},'',#{definition},#{},$)",
@@ -373,8 +405,15 @@ impl<'s> Writer<'_, 's> {
                 part.representation
             ));
             p.put(&format!("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION(#{relation},#{of})"));
+            if let Some(color) = color.filter(|_| !part.plain.is_empty()) {
+                let within = p.put(&format!("SHAPE_REPRESENTATION('',(#{place}),#{context})"));
+                p.put(&format!("SHAPE_DEFINITION_REPRESENTATION(#{of},#{within})"));
+                for &(item, carrier) in &*part.plain {
+                    self.looks.color_within(p, within, item, color, carrier);
+                }
+            }
         }
-        Product { definition, representation }
+        Product { definition, representation, plain: occurrence::plain(items, components) }
     }
 
     fn flush(&mut self) -> Result<(), FormatError> {

@@ -25,6 +25,8 @@ pub(crate) enum Carrier {
 pub(crate) struct Looks {
     /// Styles that were written, by carrier and the bits of the colour.
     known: HashMap<(Carrier, [u64; 4]), u64>,
+    /// The assignments of styles that were written.
+    assignments: HashMap<u64, u64>,
     styled: Vec<u64>,
     layers: BTreeMap<String, Vec<u64>>,
 }
@@ -32,15 +34,30 @@ pub(crate) struct Looks {
 impl Looks {
     /// Colours an item.
     pub(crate) fn color(&mut self, p: &mut Printer, item: u64, color: [f64; 4], carrier: Carrier) {
-        let style = match self.known.get(&(carrier, color.map(f64::to_bits))) {
-            Some(known) => *known,
-            None => {
-                let style = style(p, color, carrier);
-                self.known.insert((carrier, color.map(f64::to_bits)), style);
-                style
-            }
-        };
-        self.styled.push(p.put(&format!("STYLED_ITEM('color',(#{style}),#{item})")));
+        let style = self.style(p, color, carrier);
+        let assignment = *self
+            .assignments
+            .entry(style)
+            .or_insert_with(|| p.put(&format!("PRESENTATION_STYLE_ASSIGNMENT((#{style}))")));
+        self.styled.push(p.put(&format!("STYLED_ITEM('color',(#{assignment}),#{item})")));
+    }
+
+    /// Colours an item where it is shown by one occurrence, whose representation is `within`.
+    pub(crate) fn color_within(
+        &mut self,
+        p: &mut Printer,
+        within: u64,
+        item: u64,
+        color: [f64; 4],
+        carrier: Carrier,
+    ) {
+        let style = self.style(p, color, carrier);
+        let by_context = p.put(&format!("PRESENTATION_STYLE_BY_CONTEXT((#{style}),#{within})"));
+        self.styled.push(p.put(&format!("STYLED_ITEM('color',(#{by_context}),#{item})")));
+    }
+
+    fn style(&mut self, p: &mut Printer, color: [f64; 4], carrier: Carrier) -> u64 {
+        *self.known.entry((carrier, color.map(f64::to_bits))).or_insert_with(|| style(p, color, carrier))
     }
 
     /// Puts an item on a layer.
@@ -81,7 +98,7 @@ fn digits(value: f64) -> String {
 fn style(p: &mut Printer, [r, g, b, alpha]: [f64; 4], carrier: Carrier) -> u64 {
     let [r, g, b] = [r, g, b].map(|light| digits(to_srgb(light)));
     let color = p.put(&format!("COLOUR_RGB('',{r},{g},{b})"));
-    let of = match carrier {
+    match carrier {
         Carrier::Surface => {
             let fill = p.put(&format!("FILL_AREA_STYLE_COLOUR('',#{color})"));
             let fill = p.put(&format!("FILL_AREA_STYLE('',(#{fill}))"));
@@ -102,6 +119,5 @@ fn style(p: &mut Printer, [r, g, b, alpha]: [f64; 4], carrier: Carrier) -> u64 {
         Carrier::Point => {
             p.put(&format!("POINT_STYLE('',MARKER_TYPE(.DOT.),POSITIVE_LENGTH_MEASURE(0.1),#{color})"))
         }
-    };
-    p.put(&format!("PRESENTATION_STYLE_ASSIGNMENT((#{of}))"))
+    }
 }
