@@ -99,6 +99,36 @@ fn a_limit_surface_has_colours_too_and_a_plane_none() {
     assert!(mesh.colors.values().iter().all(|c| c[0] == c[2]));
 }
 
+/// What bends one way only has no Gaussian curvature: white, not noise from blue to vermilion, at every size
+/// and place.
+#[test]
+fn rounding_is_no_curvature() {
+    for size in [1e-9, 1e-3, 1.0, 0.7e4, 1e9] {
+        let at = |x: f64, y: f64, z: f64| Point::new(x, y, z) * size;
+        let line = |a: Point, b: Point| Curve::line(a, b).unwrap();
+        let turned = |line: Curve, sweep: f64| {
+            Surface::revolution(&line, at(0.3, 0.2, 0.1), Vector::z(), sweep).unwrap()
+        };
+        let cylinder = turned(line(at(1.3, 0.2, 0.0), at(1.3, 0.2, 2.0)), std::f64::consts::TAU);
+        let cone = turned(line(at(1.3, 0.2, 0.0), at(0.7, 0.2, 2.0)), 2.0);
+        // Twelve times as long as it is wide.
+        let rod = turned(line(at(0.37, 0.2, 0.0), at(0.37, 0.2, 12.0)), std::f64::consts::TAU);
+        for (name, surface) in [("cylinder", cylinder), ("cone", cone), ("rod", rod)] {
+            for word in ["gaussian", "minimum", "maximum"] {
+                let (scene, said) = tessellated(surface.clone().into(), json!({ "colors": word })).unwrap();
+                let Geometry::Mesh(mesh) = scene.object("s").unwrap().geometry() else { panic!("a mesh") };
+                let none = said.contains("curvature 0 everywhere");
+                // Seen from one side one principal curvature is none; the other is that of the circles.
+                assert!(none || word != "gaussian", "{name} {size:e}: {said}");
+                let white = mesh.colors.values().iter().all(|c| c[0] == c[2]);
+                assert_eq!(white, none, "{name} {size:e} {word}: {said}");
+                let colored = mesh.colors.values().iter().all(|c| (c[0] - c[2]).abs() > 0.02);
+                assert!(white || colored, "{name} {size:e} {word}: {said}");
+            }
+        }
+    }
+}
+
 /// At a crease each side has its own curvature: nothing of the bent side is blended into the flat one. A surface of degree 2 has jumps between its pieces,
 /// so that each triangle has its own.
 #[test]

@@ -93,6 +93,19 @@ impl CurvatureMeasure {
         }
     }
 
+    /// Its value at a point of something of a size, as far as it is more than rounding: 0 where, on the same thing of size 1, it is less
+    /// than `10⁻¹⁰` of the larger of the principal curvatures and 1 (for the Gaussian one, of the square of the principal ones, or `10⁻²⁰`). To be painted: what
+    /// is left of rounding on a cylinder would fill the whole map.
+    pub fn beyond_rounding(self, at: &SurfaceCurvature, size: f64) -> f64 {
+        const FLAT: f64 = 1e-10;
+        let most = at.principal.iter().fold(0.0, |most: f64, one| most.max((one * size).abs()));
+        let (value, flat) = match self {
+            Self::Gaussian => (at.gaussian * size * size, FLAT * (most * most).max(FLAT)),
+            _ => (self.of(at) * size, FLAT * most.max(1.0)),
+        };
+        if value.abs() < flat { 0.0 } else { self.of(at) }
+    }
+
     /// In a sentence: `mean curvature`.
     pub fn name(self) -> &'static str {
         match self {

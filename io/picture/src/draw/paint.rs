@@ -31,8 +31,6 @@ const STRIPES: f64 = 24.0;
 const SOFT: f64 = 0.12;
 /// The cells of faces that are painted are finer, so that stripes and colours change smoothly.
 const FINER: usize = 3;
-/// Curvatures of a surface of size 1 below this, or its square where they are products of two, are those of something flat.
-const FLAT: f64 = 1e-10;
 
 /// So many objects are named in a note.
 const NAMED: usize = 4;
@@ -359,16 +357,10 @@ fn stripe(normal: &Vector, toward: &Vector) -> Option<f64> {
     Some(if is_light { 0.5 + 0.5 * edge } else { 0.5 - 0.5 * edge })
 }
 
-/// A curvature found on the stage, of a scene of a size; none where it is infinite.
+/// A curvature found on the stage, where all is of size 1, of a scene of a size; none where it is infinite.
 fn bent(which: Curvature, found: &SurfaceCurvature, size: f64) -> Option<f64> {
-    let power = which.power();
-    // What is drawn is of size 1 on the stage: what bends less is flat, as is what bends one way only where both ways are multiplied; what is left of
-    // rounding would be painted as if it were all.
-    let [a, b] = found.principal.map(f64::abs);
-    let flat = if power == 2 { FLAT * (a.max(b) * a.max(b)).max(FLAT) } else { FLAT };
-    let found = which.of(found);
-    let found = if found.abs() < flat { 0.0 } else { found };
-    Some(found / size.powi(power)).filter(|value| value.is_finite())
+    let value = which.beyond_rounding(found, 1.0) / size.powi(which.power());
+    Some(value).filter(|value| value.is_finite())
 }
 
 /// Values at the points of a grid; where there is none that of the point before, at its start the first that there is.

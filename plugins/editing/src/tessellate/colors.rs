@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use loftsman_kernel::Point;
 use loftsman_kernel::error::Result;
 use loftsman_kernel::mesh::color::{diverging, from_srgb, map_end};
 use loftsman_kernel::mesh::{Layer, Mesh};
@@ -157,15 +158,23 @@ fn by_normal(mesh: &Mesh) -> Option<Vec<u32>> {
 pub(super) fn of_surface(surface: &Surface, mesh: &Mesh, measure: CurvatureMeasure) -> Result<Values> {
     let [(u0, u1), (v0, v1)] = [surface.u().domain(), surface.v().domain()];
     let between = |share: f64, from: f64, to: f64| (from + (to - from) * share).clamp(from, to);
+    let size = size(mesh);
     let place = |corner: usize, point: u32| {
         let &[u, v] = mesh.uvs.at(corner, point)?;
         Some(Location::Surface(between(u, u0, u1), between(v, v0, v1)))
     };
     let value = |at: Location| {
         let (u, v) = at.on_surface()?;
-        Ok(surface.curvature(u, v)?.map(|found| measure.of(&found)))
+        Ok(surface.curvature(u, v)?.map(|found| measure.beyond_rounding(&found, size)))
     };
     of_places(mesh, by_normal(mesh), place, value)
+}
+
+/// The diagonal of the box around a mesh.
+fn size(mesh: &Mesh) -> f64 {
+    let ends = [f64::INFINITY, f64::NEG_INFINITY].map(|end| Point::from([end; 3]));
+    let [low, high] = mesh.points().iter().fold(ends, |[low, high], p| [low.inf(p), high.sup(p)]);
+    (high - low).norm()
 }
 
 /// The means of the finite values at the places of what has one together (`corners`, or each point).
@@ -206,7 +215,10 @@ pub(super) fn of_shape(
     measure: CurvatureMeasure,
 ) -> Option<Result<Values>> {
     let Drawn::Mesh(mesh) = &faceted.drawn else { return None };
-    let value = |at: Location| Ok(SurfaceCurvature::of(shape, at)?.map(|found| measure.of(&found)));
+    let size = size(mesh);
+    let value = |at: Location| {
+        Ok(SurfaceCurvature::of(shape, at)?.map(|found| measure.beyond_rounding(&found, size)))
+    };
     let corners = &faceted.corners;
     if corners.is_empty() {
         let place = |_: usize, point: u32| faceted.places.get(point as usize).copied();
