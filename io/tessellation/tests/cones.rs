@@ -16,8 +16,6 @@ use loftsman_tessellation::Adaptive;
 const COUNT: usize = 100;
 /// A cone needs its circle's chords, and some triangles for each of them.
 const TIMES: f64 = 12.0;
-/// Derivatives are bounded over cells: what that adds grows as the tolerance falls, and is less than so many triangles for each tolerance in its size.
-const OF_CELLS: f64 = 2.0;
 
 /// Numbers of [0, 1) that look random and are the same every time (SplitMix64).
 struct Random(u64);
@@ -182,8 +180,7 @@ fn check(cone: &Cone, brep: &Brep, number: usize, name: &str) {
     for chord in parts.iter().map(|part| part * size) {
         let turn = [FRAC_PI_2, 0.35][number % 2];
         let around = sweep / (0.8 * chord / radius).min(0.5).sqrt().min(turn) + 12.0;
-        let most = (TIMES * around + OF_CELLS * size / chord) as usize;
-        let most = most.max(400);
+        let most = ((TIMES * around) as usize).max(400);
         let fineness = Fineness { chord: Chord::Absolute(chord), angle: turn };
         let cut = Adaptive { budget: most }.measured_brep(brep, &fineness).unwrap();
         let of = format!("{name}: radius {radius}, angle {angle}, chord {chord}, turn {turn}");

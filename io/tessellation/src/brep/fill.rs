@@ -189,7 +189,7 @@ fn halved(carrier: &Carrier, low: [f64; 2], high: [f64; 2], goal: &Goal) -> Opti
     if (0..2).all(|d| speeds[d] * size[d] <= goal.chord) {
         return None;
     }
-    let spread = carrier.bounds.spread(low, high);
+    let mut spread = carrier.bounds.spread(low, high);
     let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
     let normals = corners.map(|at| carrier.normal(at, middle));
     let points = corners.map(|at| carrier.point(at));
@@ -206,7 +206,15 @@ fn halved(carrier: &Carrier, low: [f64; 2], high: [f64; 2], goal: &Goal) -> Opti
         }
         bound + carrier.kinks(low, high)
     };
-    let bound = bound_by(&spread);
+    let mut bound = bound_by(&spread);
+    // Near the tip of a cone the cells of its derivatives are larger than what is halved there.
+    if bound > FIRST * goal.chord && carrier.bounds.are_coarse(low, high) {
+        let sharper = carrier.spread(low, high);
+        let less = bound_by(&sharper);
+        if less < bound {
+            (spread, bound) = (sharper, less);
+        }
+    }
     let [uu, uv, vv] = if upright { spread.across(&normal).sizes() } else { spread.most() };
     let bends = [uu * size[0] * size[0], vv * size[1] * size[1]];
     let longer = |bends: [f64; 2]| usize::from(bends[1] > bends[0]);
