@@ -13,6 +13,7 @@ mod instances;
 mod joined;
 mod losses;
 mod mutated;
+mod sew;
 mod shapes_as_splines;
 mod solids;
 mod tables;

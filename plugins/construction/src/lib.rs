@@ -4,6 +4,7 @@
 //! * `revolve`: the surface that a curve goes through when turned about an axis;
 //! * `isocurve`, `edge`: curves of surfaces, edges of Breps;
 //! * `offset`: planar curves at a distance from one, within a tolerance, loops cut away;
+//! * `sew`: faces that lie beside one another made one shell or solid;
 //! * `sweep`: the surface that a curve goes through when moved along another;
 //! * `symmetrize`: shapes made exactly symmetric about a plane;
 //! * `sample`: points spread evenly along a curve or polyline.
@@ -25,6 +26,7 @@ mod primitives;
 mod revolve;
 mod sample;
 mod sense;
+mod sew;
 mod sweep;
 mod symmetrize;
 
@@ -36,6 +38,7 @@ pub use offset::{Corners, Offset, OffsetOf, OffsetOptions, offset};
 pub use primitives::{Arc, Circle, Ellipse, Line, PolylineOf, arc_through};
 pub use revolve::Revolve;
 pub use sample::{Sample, Sampled, Spread, spread};
+pub use sew::{Sew, Sewn, sew};
 pub use sweep::{Mitre, Sweep, Swept, Turning, sweep};
 pub use symmetrize::{
     Corner, Half, Mirror, Symmetric, Symmetrize, symmetrize, symmetrize_surface, symmetrize_surface_best,
@@ -57,6 +60,7 @@ impl Plugin for Construction {
         registry.operation(EdgeOf);
         registry.operation(Sample);
         registry.operation(OffsetOf);
+        registry.operation(Sew);
         registry.operation(Sweep);
         registry.operation(Symmetrize);
     }

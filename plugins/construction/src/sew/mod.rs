@@ -1,0 +1,172 @@
+//! `sew`: faces that lie beside one another made one shell, edges within a tolerance made one.
+//!
+//! 1. Vertices of open edges within the tolerance of one another become one, edges no longer than that are left out.
+//! 2. An open edge is cut where a vertex of another lies on it, so that one edge may lie along several.
+//! 3. Of open edges between the same vertices those within the tolerance of one another, measured at eight places of each span and from both sides, become
+//!    one, the nearest first; its own tolerance grows to what was found.
+//! 4. Faces are turned so that they look to one side, as few as may be; what closes becomes a solid that they look out of.
+//!
+//! Surfaces are not moved, and nothing is sewn that was not asked for.
+
+mod gather;
+mod join;
+mod operation;
+mod sides;
+
+use loftsman_kernel::brep::{Brep, Flaw, Parts, Shell, Solid};
+use loftsman_kernel::error::{Error, Result};
+use loftsman_kernel::mesh::Mesh;
+use loftsman_kernel::plugin::{Chord, Fineness, Tessellator};
+use loftsman_kernel::scene::Geometry;
+
+pub use operation::Sew;
+
+/// How fine the mesh is that says which side of a shell is outside.
+const FINENESS: Fineness = Fineness { chord: Chord::Relative(1e-2), angle: 0.5 };
+/// Of so many open edges it is looked how far they are from one another.
+const COMPARED: usize = 1000;
+
+/// What came of faces that were sewn.
+#[derive(Debug)]
+pub struct Sewn {
+    /// The faces with the edges that they share; what closes is a solid.
+    pub brep: Brep,
+    /// How many pairs of edges became one.
+    pub joined: usize,
+    /// The widest gap that was closed, measured.
+    pub gap: f64,
+    /// How many edges were cut at vertices of others.
+    pub cut: usize,
+    /// How many edges no longer than the tolerance were left out.
+    pub short: usize,
+    /// How many faces were turned over.
+    pub turned: usize,
+    /// The edges that are still open.
+    pub open: Vec<usize>,
+    /// The least tolerance at which two more of these may be one; `None` where no two are alike, or there are too many to look.
+    pub next: Option<f64>,
+    /// Shells that cannot look to one side, as a Möbius band.
+    pub one_sided: usize,
+    /// Shells that close, but of which faces could not be cut, so that it is not known which side is outside.
+    pub unknown: usize,
+    /// What is still further from its place than 1e-4 of the size, as it was before.
+    pub flaws: Vec<Flaw>,
+}
+
+/// Sews the faces of Breps, surfaces and trimmed surfaces, in one frame, within a tolerance in their unit. Edges and vertices take the tolerances that were
+/// measured; colours and names of faces stay. About `O(n log n)` in the number of edges, and one coarse mesh of what closes.
+///
+/// # Errors
+/// When the tolerance is no length, a geometry has no faces, nothing is left that is larger than the tolerance, or an evaluation overflows.
+pub fn sew(geometries: &[Geometry], near: f64, tessellator: &dyn Tessellator) -> Result<Sewn> {
+    if !(near > 0.0 && near.is_finite()) {
+        return Err(Error::Invalid(format!("the tolerance {near} is no length: give a number above 0")));
+    }
+    let mut parts = Parts::default();
+    for geometry in geometries {
+        gather::gather(&mut parts, geometry, near)?;
+    }
+    sew_parts(parts, near, tessellator)
+}
+
+/// The same of the faces of parts, whose shells and solids are made anew.
+fn sew_parts(mut parts: Parts, near: f64, tessellator: &dyn Tessellator) -> Result<Sewn> {
+    let joined = join::join(&mut parts, near)?;
+    if parts.faces.is_empty() {
+        return Err(Error::Invalid("no face is larger than the tolerance: give a smaller one".into()));
+    }
+    let (groups, mut turned) = sides::groups(&mut parts);
+    parts.shells = groups.iter().map(|group| Shell { faces: group.faces.clone() }).collect();
+    parts.solids.clear();
+    let mut unknown = 0;
+    let closed: Vec<usize> =
+        (0..groups.len()).filter(|&shell| groups[shell].closed && groups[shell].sided).collect();
+    if !closed.is_empty() {
+        let cut = tessellator.measured_brep(&Brep::new(parts.clone())?, &FINENESS)?;
+        let shares = volumes(&cut.mesh, &cut.faces, parts.faces.len());
+        for shell in closed {
+            let faces = &groups[shell].faces;
+            let volume: f64 = faces.iter().map(|&face| shares[face]).sum();
+            let is_whole = cut.left_out.iter().all(|(face, _)| !faces.contains(face));
+            if !is_whole || volume == 0.0 {
+                unknown += 1;
+                continue;
+            }
+            if volume < 0.0 {
+                for &face in faces {
+                    sides::turn(&mut parts, face);
+                    if !turned.remove(&face) {
+                        turned.insert(face);
+                    }
+                }
+            }
+            parts.solids.push(Solid { name: None, outer: shell, voids: Vec::new() });
+        }
+    }
+    // Edges may be further from the surfaces than from one another: how far is measured.
+    let found = Brep::new(parts.clone())?.flaws(0.0)?;
+    for flaw in &found {
+        match *flaw {
+            Flaw::Off { edge, distance, .. } if distance <= near => {
+                let known = &mut parts.edges[edge].tolerance;
+                *known = known.max(distance);
+            }
+            Flaw::End { vertex, distance, .. } if distance <= near => {
+                let known = &mut parts.vertices[vertex].tolerance;
+                *known = known.max(distance);
+            }
+            _ => {}
+        }
+    }
+    let open = join::open(&parts);
+    let next = next(&parts, &open, near);
+    let brep = Brep::new(parts)?;
+    let flaws = brep.misplaced()?;
+    Ok(Sewn {
+        brep,
+        joined: joined.edges,
+        gap: joined.gap,
+        cut: joined.cut,
+        short: joined.short,
+        turned: turned.len(),
+        open,
+        next,
+        one_sided: groups.iter().filter(|group| !group.sided).count(),
+        unknown,
+        flaws,
+    })
+}
+
+/// What the triangles of each face add to the volume, from the middle of the mesh.
+fn volumes(mesh: &Mesh, faces: &[usize], count: usize) -> Vec<f64> {
+    let points = mesh.points();
+    let first = points.first().copied().unwrap_or_default();
+    let mut shares = vec![0.0; count];
+    for (corners, &face) in mesh.corners().chunks_exact(3).zip(faces) {
+        let [a, b, c] = [0, 1, 2].map(|k: usize| points[corners[k] as usize] - first);
+        shares[face] += a.dot(&b.cross(&c)) / 6.0;
+    }
+    shares
+}
+
+/// The least distance between the ends of two open edges that ends are apart, where it is more than the tolerance. `O(open²)`.
+fn next(parts: &Parts, open: &[usize], near: f64) -> Option<f64> {
+    if open.len() > COMPARED {
+        return None;
+    }
+    let ends: Vec<_> =
+        open.iter().map(|&edge| parts.edges[edge].ends.map(|end| parts.vertices[end].point)).collect();
+    let mut least = f64::INFINITY;
+    for (k, [a, b]) in ends.iter().enumerate() {
+        let long = (a - b).norm();
+        for [c, d] in &ends[k + 1..] {
+            let apart = (a - c).norm().max((b - d).norm());
+            let apart = apart.min((a - d).norm().max((b - c).norm()));
+            // What is as far apart as it is long is no neighbour.
+            if apart > near && apart < 0.5 * long {
+                least = least.min(apart);
+            }
+        }
+    }
+    least.is_finite().then_some(least)
+}
