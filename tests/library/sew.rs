@@ -167,6 +167,23 @@ fn edges_are_cut_where_others_end() {
     assert!((volume(&made.brep) - 6.0).abs() < 1e-9);
 }
 
+/// A shell within another bounds what is hollow, one within that is a solid again; beside it they are solids all.
+#[test]
+fn shells_within_one_another_are_hollows() {
+    for seed in [0, 9, 500] {
+        let mut faces = Vec::new();
+        for (size, at) in [(4.0, 0.0), (2.0, 0.9), (1.0, 1.1), (0.4, 1.3), (1.0, 50.0), (0.3, 2.35)] {
+            faces.extend(sides(size, Point::new(at, at, at), seed));
+        }
+        let made = sewn(&faces, 1e-6);
+        let voids: Vec<usize> = made.brep.solids().iter().map(|solid| solid.voids.len()).collect();
+        // Of size 4 with 2 in it, of 1 in that with .4 in it, of .3 in the hollow beside that, and one far away.
+        assert_eq!((made.open.len(), voids), (0, vec![1, 1, 0, 0]), "{seed}");
+        let expected = 6.0 * (64.0 - 8.0 + 1.0 - 0.064 + 1.0 + 0.027);
+        assert!((volume(&made.brep) - expected).abs() < 1e-9, "{seed}");
+    }
+}
+
 /// What no way of turning fits, and where three faces meet.
 #[test]
 fn one_side_and_three_faces_are_told() {

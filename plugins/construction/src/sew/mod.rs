@@ -4,22 +4,28 @@
 //! 2. An open edge is cut where a vertex of another lies on it, so that one edge may lie along several.
 //! 3. Of open edges between the same vertices those within the tolerance of one another, measured at eight places of each span and from both sides, become
 //!    one, the nearest first; its own tolerance grows to what was found.
-//! 4. Faces are turned so that they look to one side, as few as may be; what closes becomes a solid that they look out of.
+//! 4. Faces are turned so that they look to one side, as few as may be; what closes becomes a solid that they look out of. As no two solids are in one
+//!    place, a closed shell within another bounds what is hollow in that, one within the hollow is a solid again.
 //!
 //! Surfaces are not moved, and nothing is sewn that was not asked for.
 
 mod gather;
 mod join;
+mod nest;
 mod operation;
 mod sides;
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use loftsman_kernel::brep::{Brep, Flaw, Parts, Shell, Solid};
 use loftsman_kernel::error::{Error, Result};
-use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::plugin::{Chord, Fineness, Tessellator};
 use loftsman_kernel::scene::Geometry;
 
 pub use operation::Sew;
+
+use nest::Hull;
+use sides::Group;
 
 /// How fine the mesh is that says which side of a shell is outside.
 const FINENESS: Fineness = Fineness { chord: Chord::Relative(1e-2), angle: 0.5 };
@@ -78,31 +84,7 @@ fn sew_parts(mut parts: Parts, near: f64, tessellator: &dyn Tessellator) -> Resu
     let (groups, mut turned) = sides::groups(&mut parts);
     parts.shells = groups.iter().map(|group| Shell { faces: group.faces.clone() }).collect();
     parts.solids.clear();
-    let mut unknown = 0;
-    let closed: Vec<usize> =
-        (0..groups.len()).filter(|&shell| groups[shell].closed && groups[shell].sided).collect();
-    if !closed.is_empty() {
-        let cut = tessellator.measured_brep(&Brep::new(parts.clone())?, &FINENESS)?;
-        let shares = volumes(&cut.mesh, &cut.faces, parts.faces.len());
-        for shell in closed {
-            let faces = &groups[shell].faces;
-            let volume: f64 = faces.iter().map(|&face| shares[face]).sum();
-            let is_whole = cut.left_out.iter().all(|(face, _)| !faces.contains(face));
-            if !is_whole || volume == 0.0 {
-                unknown += 1;
-                continue;
-            }
-            if volume < 0.0 {
-                for &face in faces {
-                    sides::turn(&mut parts, face);
-                    if !turned.remove(&face) {
-                        turned.insert(face);
-                    }
-                }
-            }
-            parts.solids.push(Solid { name: None, outer: shell, voids: Vec::new() });
-        }
-    }
+    let unknown = close(&mut parts, &groups, &mut turned, tessellator)?;
     // Edges may be further from the surfaces than from one another: how far is measured.
     let found = Brep::new(parts.clone())?.flaws(0.0)?;
     for flaw in &found {
@@ -137,16 +119,60 @@ fn sew_parts(mut parts: Parts, near: f64, tessellator: &dyn Tessellator) -> Resu
     })
 }
 
-/// What the triangles of each face add to the volume, from the middle of the mesh.
-fn volumes(mesh: &Mesh, faces: &[usize], count: usize) -> Vec<f64> {
-    let points = mesh.points();
-    let first = points.first().copied().unwrap_or_default();
-    let mut shares = vec![0.0; count];
-    for (corners, &face) in mesh.corners().chunks_exact(3).zip(faces) {
-        let [a, b, c] = [0, 1, 2].map(|k: usize| points[corners[k] as usize] - first);
-        shares[face] += a.dot(&b.cross(&c)) / 6.0;
+/// Makes solids of the shells that close, whose faces are turned to look out of them. Of how many it could not be told which side is outside.
+fn close(
+    parts: &mut Parts,
+    groups: &[Group],
+    turned: &mut BTreeSet<usize>,
+    tessellator: &dyn Tessellator,
+) -> Result<usize> {
+    let closed: Vec<usize> =
+        (0..groups.len()).filter(|&shell| groups[shell].closed && groups[shell].sided).collect();
+    if closed.is_empty() {
+        return Ok(0);
     }
-    shares
+    let cut = tessellator.measured_brep(&Brep::new(parts.clone())?, &FINENESS)?;
+    let mut hulls = Vec::with_capacity(closed.len());
+    for &shell in &closed {
+        let faces = &groups[shell].faces;
+        let of = |face: usize| faces.binary_search(&face).is_ok();
+        let is_whole = cut.left_out.iter().all(|(face, _)| !of(*face));
+        let hull = Hull::new(&cut.mesh, &cut.faces, of);
+        if is_whole && hull.volume != 0.0 {
+            hulls.push((shell, hull));
+        }
+    }
+    // Those that each lies within, from the one around it on: as they are nested, the more the deeper.
+    let around: Vec<Vec<usize>> = hulls
+        .iter()
+        .map(|(_, hull)| (0..hulls.len()).filter(|&k| hull.is_within(&hulls[k].1)).collect())
+        .collect();
+    let depth = |k: usize| around[k].iter().filter(|&&other| other != k).count();
+    let mut solid_of = BTreeMap::new();
+    for (k, (shell, hull)) in hulls.iter().enumerate() {
+        let is_hollow = depth(k) % 2 == 1;
+        if (hull.volume < 0.0) != is_hollow {
+            for &face in &groups[*shell].faces {
+                sides::turn(parts, face);
+                if !turned.remove(&face) {
+                    turned.insert(face);
+                }
+            }
+        }
+        if !is_hollow {
+            solid_of.insert(k, parts.solids.len());
+            parts.solids.push(Solid { name: None, outer: *shell, voids: Vec::new() });
+        }
+    }
+    for (k, (shell, _)) in hulls.iter().enumerate().filter(|(k, _)| depth(*k) % 2 == 1) {
+        let mut outside = around[k].iter().filter(|&&other| other != k);
+        if let Some(solid) =
+            outside.find(|&&other| depth(other) + 1 == depth(k)).and_then(|k| solid_of.get(k))
+        {
+            parts.solids[*solid].voids.push(*shell);
+        }
+    }
+    Ok(closed.len() - hulls.len())
 }
 
 /// The least distance between the ends of two open edges that ends are apart, where it is more than the tolerance. `O(open²)`.

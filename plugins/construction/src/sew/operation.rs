@@ -104,6 +104,10 @@ impl Operation for Sew {
             }
         };
         say(sewn.brep.solids().len(), "shell[|s] close[s|] and [is a solid|are solids]");
+        say(
+            sewn.brep.solids().iter().map(|solid| solid.voids.len()).sum(),
+            "closed shell[|s] within another [is|are] what is hollow in it",
+        );
         say(sewn.cut, "place[|s] where an edge was cut at a vertex of another");
         say(sewn.short, "edge[|s] no longer than the tolerance [is|are] left out");
         say(sewn.turned, "face[|s] turned over");
