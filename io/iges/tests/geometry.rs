@@ -538,3 +538,57 @@ fn a_boundary_along_seams_that_close_has_each_of_them_once() {
     }
     assert!(brep.is_closed(&[0]));
 }
+
+/// All four curves of that boundary end in one point: listed there and back at once, as files have them, they are a chain, too, which bounds nothing.
+#[test]
+fn seams_there_and_back_at_once_are_put_in_order() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/made/torus.igs");
+    let text = std::fs::read_to_string(path).unwrap();
+    // Which circle comes when, by its radius, and whether forwards, from the first run of the large one on.
+    let order = |text: &str| -> Vec<(bool, bool)> {
+        let (scene, report) = read(text).unwrap();
+        let Geometry::Brep(brep) = only(&scene) else { panic!("{report:?}") };
+        let is_large = |edge: usize| {
+            let points = brep.curve(edge).unwrap().into_parts().1;
+            points.iter().map(|p| (p - points[0]).norm()).fold(0.0, f64::max) > 4.0
+        };
+        // Which way each circle runs at the start is by its own direction.
+        let way = |edge: usize| {
+            let tangent = brep.curve(edge).unwrap().derivative(brep.edge(edge).unwrap().range.0, 1).unwrap();
+            tangent[tangent.iamax()] > 0.0
+        };
+        let chain = &brep.loops(0)[0];
+        let mut all: Vec<_> =
+            chain.iter().map(|one| (is_large(one.edge), way(one.edge) != one.reversed)).collect();
+        let first = all.iter().position(|one| *one == (true, true)).unwrap();
+        all.rotate_left(first);
+        all
+    };
+    let right = order(&text);
+    assert!(right[0].0 && !right[1].0 && right[2].0 && !right[3].0, "{right:?}");
+    // About z by the right hand and seen from outside, what is beside the outermost circle is to the left of it where the small one comes up there.
+    let (scene, _) = read(&text).unwrap();
+    let Geometry::Brep(brep) = only(&scene) else { panic!("a brep") };
+    let surface = brep.surface(0).unwrap();
+    let foot = surface.closest(Point::new(6.0, 0.0, 0.0)).unwrap().at;
+    let normal = surface
+        .derivative(foot.0, foot.1, 1, 0)
+        .unwrap()
+        .cross(&surface.derivative(foot.0, foot.1, 0, 1).unwrap());
+    let outward = (normal.x > 0.0) != brep.is_reversed(0);
+    assert_eq!(right[1].1, outward, "{right:?}");
+    let listed = "102,4,25,29,33,35;";
+    assert!(text.contains(listed));
+    for other in [
+        "29,33,35,25",
+        "33,29,25,35",
+        "25,33,29,35",
+        "29,35,25,33",
+        "33,25,35,29",
+        "25,35,29,33",
+        "35,29,33,25",
+        "29,33,25,35",
+    ] {
+        assert_eq!(order(&text.replace(listed, &format!("102,4,{other};"))), right, "{other}");
+    }
+}

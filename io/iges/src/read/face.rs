@@ -125,6 +125,7 @@ impl<'a, 'r, 'f> OneFace<'a, 'r, 'f> {
         self.tell_distance(&points, &covering.surface).at(self.place)?;
         let mut loops = Vec::new();
         for (mut chain, outer) in std::mem::take(&mut self.loops) {
+            self.along_seams(&mut chain, &covering.surface, covering.reversed).at(self.place)?;
             // Loops run counterclockwise around the face as seen against its normal: files have them either way.
             if let Some(area) = self.area(&chain, &covering.surface).at(self.place)?
                 && (area > 0.0) != (outer != covering.reversed)
@@ -164,6 +165,44 @@ impl<'a, 'r, 'f> OneFace<'a, 'r, 'f> {
             self.reader
                 .change(self.place, &format!("its boundary is up to {off} off its surface: kept as it is"));
         }
+        Ok(())
+    }
+
+    /// Puts both seams of a surface that closes both ways in the order in which its border runs along them counterclockwise: as all four end in one point, any
+    /// order is a chain, and files have them in any. There and back at once they bound nothing.
+    fn along_seams(
+        &self,
+        chain: &mut [Use],
+        surface: &Surface,
+        reversed: bool,
+    ) -> loftsman_kernel::Result<()> {
+        let [a, b, c, d] = &chain[..] else { return Ok(()) };
+        let back = |one: &Use, other: &Use| one.edge == other.edge && one.reversed != other.reversed;
+        let [one, other] = if back(a, b) && back(c, d) {
+            [a.clone(), c.clone()]
+        } else if back(b, c) && back(d, a) {
+            [b.clone(), d.clone()]
+        } else if back(a, c) && back(b, d) {
+            [a.clone(), b.clone()]
+        } else {
+            return Ok(());
+        };
+        if one.edge == other.edge {
+            return Ok(());
+        }
+        let way = |one: &Use| -> loftsman_kernel::Result<[Vector; 2]> {
+            let edge = &self.parts.edges[one.edge];
+            let (at, sign) = if one.reversed { (edge.range.1, -1.0) } else { (edge.range.0, 1.0) };
+            Ok([edge.curve.point(at)?.coords, edge.curve.derivative(at, 1)? * sign])
+        };
+        let ([place, along], [_, across]) = (way(&one)?, way(&other)?);
+        let (u, v) = surface.closest(Point::from(place))?.at;
+        let normal = surface.derivative(u, v, 1, 0)?.cross(&surface.derivative(u, v, 0, 1)?);
+        // Counterclockwise: along one side, up the other, and back along both.
+        let (first, second) =
+            if (along.cross(&across).dot(&normal) > 0.0) == reversed { (other, one) } else { (one, other) };
+        let turned = |one: &Use| Use { reversed: !one.reversed, ..one.clone() };
+        chain.clone_from_slice(&[first.clone(), second.clone(), turned(&first), turned(&second)]);
         Ok(())
     }
 
