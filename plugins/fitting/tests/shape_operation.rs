@@ -8,8 +8,12 @@ use loftsman_kernel::plugin::{Context, OperationError, Parameters, Registry, Ste
 use loftsman_kernel::scene::{Geometry, Object, Scene};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
+use loftsman_subdivision::catmull_clark::refine;
+use loftsman_subdivision::{Cage, SubdivisionSurface};
 use nalgebra::Matrix4;
 use serde_json::{Value, json};
+
+use crate::common::families::Random;
 
 /// A saddle as a biquadratic, exactly what the surface can be, and a cloud of points on it.
 fn scene() -> Scene {
@@ -135,4 +139,61 @@ fn placements_are_followed() {
     let off = pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
     assert!(off < 1e-6, "{off:e}");
     assert!(farthest(&plain) < 0.1);
+}
+
+/// A sphere's cage beside points of a larger sphere, with noise where that is asked for.
+fn ball(count: usize, noise: f64) -> Scene {
+    let corner = |k: usize| {
+        Point::new(f64::from(k as u32 & 1), f64::from((k as u32 >> 1) & 1), f64::from(k as u32 >> 2))
+    };
+    let cube: Vec<Point> = (0..8).map(|k| Point::from((corner(k).coords * 2.0).add_scalar(-1.0))).collect();
+    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let faces: Vec<Vec<usize>> = sides.iter().map(|f| f.to_vec()).collect();
+    let cage = Cage::new(cube, &faces).unwrap();
+    let fine = refine(&cage).unwrap();
+    let net = fine.topology();
+    let faces: Vec<Vec<usize>> =
+        (0..net.face_count()).map(|f| net.face(f).iter().map(|&v| v as usize).collect()).collect();
+    let surface = SubdivisionSurface::new(Cage::new(fine.points().to_vec(), &faces).unwrap()).unwrap();
+    let mut r = Random::new(3);
+    let points = (0..count)
+        .map(|_| Vector::new(r.normal(), r.normal(), r.normal()).normalize() * (1.5 + noise * r.normal()))
+        .map(Point::from)
+        .collect();
+    let mut scene = Scene::new();
+    scene.add(Object::new("ball", Geometry::from(surface))).unwrap();
+    scene.add(Object::new("scan", Geometry::Cloud(Cloud { points }))).unwrap();
+    scene
+}
+
+/// A closed cage that bends as little as it can is a point: that is told where nobody can overlook it.
+#[test]
+fn an_energy_that_leaves_nothing_of_the_shape_is_told() {
+    let told = |fair: f64| {
+        let report = run(&mut ball(200, 0.01), json!({ "points": "scan", "fair": fair })).unwrap();
+        println!("{fair}: {:?} {:?}", report.warnings, report.notes);
+        report.warnings
+    };
+    let warnings = told(1.0);
+    assert!(warnings.len() == 1 && warnings[0].contains("the energy outweighs the points"), "{warnings:?}");
+    assert!(warnings[0].contains("the area"), "{warnings:?}");
+    for fair in [1e-3, 1e-5] {
+        assert_eq!(told(fair), Vec::<String>::new(), "{fair}");
+    }
+}
+
+/// Through points that are fewer than what the shape has to move any shape passes, however noisy they are.
+#[test]
+fn points_too_few_to_see_noise_in_are_told() {
+    let met = |count: usize| {
+        let report = run(&mut ball(count, 0.02), json!({ "points": "scan" })).unwrap();
+        println!("{count}: {:?}", report.notes);
+        let weight = report.notes.iter().find_map(|n| n.split("fair = ").nth(1)).unwrap();
+        let weight: f64 = weight.split(' ').next().unwrap().parse().unwrap();
+        (report.notes.iter().any(|note| note.contains("their noise is not seen")), weight)
+    };
+    assert!(met(30).0);
+    // The search for the weight once went from 1e-4 past 1e-6 to 1e-15 and took that for the end.
+    let (met, weight) = met(300);
+    assert!(!met && weight > 1e-8 && weight < 1e-4, "{weight}");
 }

@@ -13,7 +13,7 @@ use super::foot::{Foot, feet};
 use super::merged::merged;
 use super::model::{Model, value};
 use super::patches::Patches;
-use super::step::{Held, Metric};
+use super::step::{COARSE, Held, Metric, SMALL};
 use super::weight::weighed;
 use super::{CloudFit, CloudFitted, CloudReport};
 use crate::error::{FitError, Result};
@@ -27,6 +27,15 @@ const POOR: f64 = 0.25;
 const GOOD: f64 = 0.5;
 /// A step that promises this part of what is there, and no more, is the last.
 pub(super) const GAIN: f64 = 1e-10;
+/// How much a shape is held where a step would take it too far, beside points of weight 1: at first, how much more each time, and at most.
+const STILL: (f64, f64, f64) = (1e-10, 10.0, 1.0);
+/// A step of which no more than this part stays within reach is none.
+const WITHIN: f64 = 1e-3;
+/// Energies outweigh points where these are off by more than so much of their own distance from their centre, and little of the size is left.
+const LITTLE: f64 = 0.25;
+const FEW: f64 = 0.5;
+/// Points that are off by no more than this part of the size are met.
+const MET: f64 = 1e-6;
 /// What rounding takes from distances, of the size of all numbers.
 pub(super) const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
@@ -55,7 +64,7 @@ pub(super) fn fit<S: Shape + Clone>(
     observer: &dyn Observer,
 ) -> Result<CloudFitted<S>> {
     let shares = checked(asked, points)?;
-    let mut run = Run::new(asked, points, &shares, solver, observer)?;
+    let mut run = Run::new(asked, points, shares, solver, observer)?;
     let Some(fair) = asked.fair else { return run.fit(asked.iterations) };
     let shape = asked.shape.as_shape();
     let Some(squares) = fair.squares(shape, run.origin)? else { return run.fit(asked.iterations) };
@@ -65,8 +74,8 @@ pub(super) fn fit<S: Shape + Clone>(
 
 pub(super) struct Run<'a, S> {
     pub(super) asked: &'a CloudFit<S>,
-    pub(super) points: &'a [Point],
-    shares: &'a [f64],
+    pub(super) points: Vec<Point>,
+    pub(super) shares: Vec<f64>,
     pub(super) solver: &'a dyn Solver,
     observer: &'a dyn Observer,
     pub(super) energies: Vec<(f64, Squares)>,
@@ -80,8 +89,8 @@ pub(super) struct Run<'a, S> {
 impl<'a, S: Shape + Clone> Run<'a, S> {
     fn new(
         asked: &'a CloudFit<S>,
-        points: &'a [Point],
-        shares: &'a [f64],
+        points: &[Point],
+        shares: Vec<f64>,
         solver: &'a dyn Solver,
         observer: &'a dyn Observer,
     ) -> Result<Self> {
@@ -124,7 +133,7 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
         let held = Held::new(nearest.assembly().system(), free, vertices.len());
         Ok(Self {
             asked,
-            points,
+            points: points.to_vec(),
             shares,
             solver,
             observer,
@@ -138,7 +147,12 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
     }
 
     pub(super) fn size(&self) -> f64 {
-        diagonal(self.points).max(diagonal(self.asked.shape.control_vertices()))
+        diagonal(&self.points).max(diagonal(self.asked.shape.control_vertices()))
+    }
+
+    /// The diagonal of the box of the points and of the shape as it was given.
+    fn room(&self) -> f64 {
+        diagonal(self.points.iter().chain(self.asked.shape.control_vertices()))
     }
 
     /// From the shape as it is, in so many steps at most.
@@ -154,43 +168,57 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
         most: usize,
         enough: f64,
     ) -> Result<Descended<S>> {
-        let size = self.size();
+        let (size, room) = (self.size(), self.room());
         let mut report = CloudReport::default();
         let mut state = match from {
             Some(before) => self.state(before.state.shape.clone(), Some(&before.state))?,
             None => {
                 let before = self.state(self.asked.shape.clone(), None)?;
                 report.before = self.value(&before).0.sqrt();
-                let mut start = self.asked.shape.clone();
-                let vertices = start.control_vertices_mut();
-                for (vertex, way) in self.nearest.adjustments() {
-                    if let Some(vertex) = vertices.get_mut(vertex) {
-                        *vertex += way;
-                    }
-                }
+                let start = self.begin();
                 let moved = start.control_vertices() != before.shape.control_vertices();
                 if moved { self.state(start, None)? } else { before }
             }
         };
+        let small = if enough > GAIN { COARSE } else { SMALL };
         let mut tau = from.map_or(FIRST, |before| before.tau);
+        let begin = self.patches.points(self.begin().control_vertices());
         let (mut multipliers, mut settled) = (Vec::new(), self.held.free.is_empty());
         while report.iterations < most && !settled {
             self.observer
                 .proceed("fit", report.iterations as u64, most as u64)
                 .map_err(|_| FitError::Cancelled)?;
-            let model = self.model(&state)?;
+            let mut model = self.model(&state)?;
             let x = self.relative(&state.shape);
             let (squares, energy) = self.value(&state);
             let mut gradient = vec![Vector::zeros(); x.len()];
             model.gradient(&x, &mut gradient);
             let mut metric = Metric::new(&model, &self.held, self.solver)?;
             multipliers = metric.multipliers(&gradient);
+            // Nothing is held but where steps before had to be.
+            let mut still = None::<f64>;
             let (next, change, gain) = loop {
-                let way = metric.least(&model, tau, &gradient);
+                let (mut way, share) = loop {
+                    let way = metric.least(&model, tau, &gradient, small);
+                    let share = self.patches.within(&begin, state.shape.control_vertices(), &way, room);
+                    let more = still.map_or(STILL.0, |by| by * STILL.1);
+                    if share >= 1.0 || more > STILL.2 {
+                        break (way, share);
+                    }
+                    still = Some(more);
+                    model.hold(more, self.patches.still(x.len()));
+                    metric = Metric::new(&model, &self.held, self.solver)?;
+                };
+                way.iter_mut().for_each(|d| *d *= share);
                 let change =
                     (0..model.rows.len()).map(|k| model.rows.sum(k, &way).norm()).fold(0.0, f64::max);
-                // What the model promises: dᵀHd = -gᵀd where it is least.
-                let gain = -gradient.iter().zip(&way).map(|(g, d)| g.dot(d)).sum::<f64>();
+                // What the model promises, without what holds the shape: dᵀHd = -gᵀd where it is least, and of a part s of that way 2s - s² times as much.
+                let gain = -gradient.iter().zip(&way).map(|(g, d)| g.dot(d)).sum::<f64>() * (2.0 - share)
+                    + model.held(&way);
+                report.at_reach = still.is_some();
+                if share < WITHIN {
+                    break (None, change, gain);
+                }
                 let next = self.state(self.moved(&state.shape, &way, &mut metric)?, Some(&state))?;
                 let (then, after) = self.value(&next);
                 // Of sums, as below: what one rounds to a gain and the other to none would be tried again for ever.
@@ -214,10 +242,42 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
             let promises = |part: f64| gain > part * (squares + energy);
             report.converged = next.is_none() || !promises(GAIN) || change <= self.asked.tolerance * size;
             settled = report.converged || !promises(enough);
+            report.converged &= !report.at_reach;
             state = next.unwrap_or(state);
         }
         report.converged |= self.held.free.is_empty();
         Ok(Descended { state, report, settled, tau, multipliers })
+    }
+
+    /// The same, or nothing where vertices are open.
+    pub(super) fn descended_if_determined(
+        &self,
+        from: Option<&Descended<S>>,
+        most: usize,
+        enough: f64,
+    ) -> Result<Option<Descended<S>>> {
+        match self.descended(from, most, enough) {
+            Err(FitError::Undetermined { .. }) => Ok(None),
+            other => other.map(Some),
+        }
+    }
+
+    /// What steps can begin from that other points led to.
+    pub(super) fn begun(&self, shape: S) -> Result<Descended<S>> {
+        let (report, multipliers) = (CloudReport::default(), Vec::new());
+        Ok(Descended { state: self.state(shape, None)?, report, settled: false, tau: FIRST, multipliers })
+    }
+
+    /// The shape as it was given, moved to where constraints hold.
+    pub(super) fn begin(&self) -> S {
+        let mut start = self.asked.shape.clone();
+        let vertices = start.control_vertices_mut();
+        for (vertex, way) in self.nearest.adjustments() {
+            if let Some(vertex) = vertices.get_mut(vertex) {
+                *vertex += way;
+            }
+        }
+        start
     }
 
     /// A shape with its feet, looked for from those of a state before where there is one.
@@ -234,19 +294,30 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
         }
         let cancelled = || self.observer.cancelled();
         let known = before.map(|before| (before.feet.as_slice(), before.order.as_slice()));
-        let found = feet(shape.as_shape(), &self.patches, self.points, known, &cancelled)?;
+        let found = feet(shape.as_shape(), &self.patches, &self.points, known, &cancelled)?;
         let (feet, order) = found.ok_or(FitError::Cancelled)?;
         Ok(State { shape, feet, order })
     }
 
     pub(super) fn model<'b>(&'b self, state: &'b State<S>) -> Result<Model<'b>> {
         let shape = state.shape.as_shape();
-        Ok(Model::new(shape, &state.feet, &state.order, self.shares, &self.energies)?)
+        Ok(Model::new(shape, &state.feet, &state.order, &self.shares, &self.energies)?)
     }
 
     /// The mean square of the distances, and what the energies come to.
     pub(super) fn value(&self, state: &State<S>) -> (f64, f64) {
-        value(&state.feet, self.shares, &self.energies, &self.relative(&state.shape))
+        value(&state.feet, &self.shares, &self.energies, &self.relative(&state.shape))
+    }
+
+    /// What is to be small, all of it.
+    pub(super) fn sum(&self, found: &Descended<S>) -> f64 {
+        let (squares, energy) = self.value(&found.state);
+        squares + energy
+    }
+
+    /// The area of a surface, or the length of a curve.
+    pub(super) fn measure(&self, shape: &S) -> f64 {
+        self.patches.measure(shape.control_vertices())
     }
 
     /// The control vertices as the energies see them.
@@ -274,11 +345,29 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
         Ok(next)
     }
 
+    /// Whether energies of given weights leave little to the points.
+    fn outweighed(&self, report: &CloudReport) -> bool {
+        let sum = |of: &dyn Fn(&Point) -> Vector| -> Vector {
+            self.points.iter().zip(&self.shares).map(|(p, share)| of(p) * *share).sum()
+        };
+        let center = sum(&|p| p.coords);
+        let spread = sum(&|p| (p.coords - center).map(|c| c * c)).sum().sqrt();
+        let [was, is] = report.measure;
+        let less = report.rms > report.before || is < FEW * was;
+        !self.asked.energies.is_empty() && report.rms > LITTLE * spread && less
+    }
+
     /// What was found, measured.
     pub(super) fn hand_out(&self, descended: Descended<S>) -> Result<CloudFitted<S>> {
         let Descended { state, mut report, multipliers, .. } = descended;
-        // What is handed out is measured afresh.
-        let state = self.state(state.shape, None)?;
+        // What is handed out is measured afresh; a foot that was known stays where nothing nearer is found.
+        let known = state.feet;
+        let mut state = self.state(state.shape, None)?;
+        for (foot, known) in state.feet.iter_mut().zip(known) {
+            if known.distance < foot.distance {
+                *foot = known;
+            }
+        }
         let shapes = self.among(&state.shape);
         let assembly = self.nearest.assembly();
         self.problem.verify(assembly, &shapes, self.solver.name())?;
@@ -293,6 +382,11 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
                 (report.largest, report.worst) = (foot.distance, k);
             }
         }
+        report.measure = [self.measure(&self.asked.shape), self.measure(&state.shape)];
+        report.outweighed = self.outweighed(&report);
+        // A distance from a surface is one number, from a curve two.
+        let numbers = self.points.len() * 3_usize.saturating_sub(state.shape.domain().len());
+        report.met = numbers <= 3 * self.held.free.len() && report.largest <= MET * self.size();
         report.solver = self.nearest.solver().to_owned();
         (report.equations, report.rank) = (self.nearest.equations(), self.nearest.rank());
         report.redundant = self.nearest.redundant().to_vec();
@@ -339,10 +433,10 @@ fn checked<S>(asked: &CloudFit<S>, points: &[Point]) -> Result<Vec<f64>> {
 }
 
 /// The diagonal of the box of points.
-fn diagonal(points: &[Point]) -> f64 {
+fn diagonal<'a>(points: impl IntoIterator<Item = &'a Point>) -> f64 {
     let start = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
-    let (low, high) = points.iter().fold(start, |(a, b), p| (a.inf(&p.coords), b.sup(&p.coords)));
-    if points.is_empty() { 0.0 } else { (high - low).norm() }
+    let (low, high) = points.into_iter().fold(start, |(a, b), p| (a.inf(&p.coords), b.sup(&p.coords)));
+    if low.x <= high.x { (high - low).norm() } else { 0.0 }
 }
 
 impl From<EditError> for FitError {

@@ -1,5 +1,6 @@
 //! Any shape brought near to a cloud of points.
 
+mod crossed;
 mod descent;
 mod foot;
 mod merged;
@@ -40,6 +41,11 @@ const TOLERANCE: f64 = 1e-9;
 /// 2003, who measure curvatures for it), but held back by as much as it takes to come nearer (Levenberg and Marquardt): so no step
 /// makes it larger, and close to the least each step squares the error. Equations hold all the time; what conflicts, is redundant or left
 /// open is named.
+///
+/// What is handed out is never more than what was there: distances are measured on it, feet looked for afresh. No place of the shape goes farther from
+/// where it began than ten times the size of points and shape together, so that a loop that no point sees does not grow for ever: a step that would go
+/// farther, or farther than that size at once, has the mean square of the shape's way added, with as little weight as keeps it within, so that where points
+/// are it goes on.
 ///
 /// Where it ends depends on where it starts, as with every search of this kind: the shape should be roughly in place. Where a shape
 /// may reach beyond its points at an open border, steps gain less, and a hundred may not settle the last digits: the report says so.
@@ -100,14 +106,21 @@ impl<S: Shape + Clone> CloudFit<S> {
         self
     }
 
-    /// Adds an energy whose weight follows from the noise of the points: `λ E = (3 / c) σ² γ / (N - d - γ)`, with `σ²` the mean of the squared
+    /// Adds an energy whose weight follows from the noise of the points and from points left out. First `λ E = (3 / c) σ² γ / (N - d - γ)`, with `σ²` the mean of the squared
     /// distances of `N` points, `c` the coordinates that these see (two from a curve, one from a surface), `d` the dimensions of shapes without
     /// any of the energy, and `γ` those of the others that points determine beside it: the free vertices less `d` and the trace of `λ K` by the matrix of all. With
     /// as much as that the shape is, of all, the likeliest one under noise of this size in the points and in the energy's squares (the fixed
     /// point of the evidence, MacKay 1992). The search starts with far more and comes down to it, which keeps shapes from folding on the way;
-    /// the less noise, the less energy, and none but for rounding where the shape can pass through all points. Where even the most is not enough,
-    /// as for points of a line with noise, the shape has no energy. [`CloudReport::fair`] says the weight. Cost: each weight that is
-    /// tried factors one matrix more.
+    /// the less noise, the less energy, and none but for rounding where the shape can pass through all points ([`CloudReport::met`] where it can through any so few). Where even the most is not enough,
+    /// as for points of a line with noise, the shape has no energy.
+    ///
+    /// A shape that winds through its points leaves less than their noise and has much energy, and the weight that follows is too small then. So,
+    /// where noise is left, each quarter of the points is left out once, and a second weight is the largest of those, from a large one down to the one
+    /// that followed, with which shapes fitted to the others come as near to these as they can. With both the fit begins anew from several places, the
+    /// shape as it was given among them. Of where these lead, as far as noise explains how far the points are off, that is handed out which the points
+    /// likelier come from: with the least of `2 log A + λ E / σ²`, `A` its area or length, so that no shape bends less by going where no point is.
+    /// [`CloudReport::fair`] says the weight. Cost: each weight that is tried factors one matrix more; points left out and starts anew, which
+    /// [`iterations`](Self::iterations) does not count, are some three times as many steps as the rest, fewer where all lead to one place.
     #[must_use]
     pub fn fair(mut self, energy: DerivativeEnergy) -> Self {
         self.fair = Some(energy);
@@ -150,7 +163,9 @@ impl<S: Shape + Clone> CloudFit<S> {
         self
     }
 
-    /// The most steps; 100 by default. [`CloudReport::converged`] says whether they were enough.
+    /// The most steps on the way to the weight that follows from the noise and with the one that is taken; 100 by default. Steps with points left out and
+    /// from other places, by which that one is found, are not counted: with each weight 8 at most for each quarter, and 20 for each place.
+    /// [`CloudReport::converged`] says whether they were enough.
     #[must_use]
     pub fn iterations(mut self, most: usize) -> Self {
         self.iterations = most;
@@ -247,8 +262,19 @@ pub struct CloudReport {
     pub iterations: usize,
     /// Whether they ended because nothing changed any more.
     pub converged: bool,
+    /// Whether the last one was held back, since some of the shape would have gone farther from where it began than ten times the size of points and
+    /// shape, or farther than that size at once.
+    pub at_reach: bool,
     /// How far the last step moved a foot, at most.
     pub change: f64,
+    /// The area of a surface, or the length of a curve, as it was and as it is.
+    pub measure: [f64; 2],
+    /// Whether an energy of a given weight leaves little to the points: the root mean square is more than a quarter of the points' own distance from
+    /// their centre, and larger than it was, or the area (or length) less than half.
+    pub outweighed: bool,
+    /// Whether the shape passes through all points, but for a millionth of their size, and they are so few that it may pass through any: noise is not
+    /// seen then.
+    pub met: bool,
     /// Scalar equations of the constraints.
     pub equations: usize,
     /// Independent ones among them.
@@ -275,8 +301,14 @@ impl fmt::Display for CloudReport {
             rms = figure(*rms),
             largest = figure(*largest)
         )?;
-        if !self.converged {
+        if self.at_reach {
+            write!(f, ", held back where no point is")?;
+        } else if !self.converged {
             write!(f, ", not enough (the last one still moved a foot by {})", short(self.change))?;
+        }
+        if self.outweighed {
+            let [was, is] = self.measure.map(figure);
+            write!(f, " · the energy outweighs the points (size {was} → {is})")?;
         }
         if let Some(weight) = self.fair {
             write!(f, " · energy with weight {weight}", weight = short(weight))?;

@@ -65,7 +65,12 @@ const DECLARATION: Declaration = Declaration {
             "1e-9",
             "the search ends when no foot moves by more than this part of the points' diagonal",
         ),
-        Field::optional("iterations", "whole number", "100", "steps, at most"),
+        Field::optional(
+            "iterations",
+            "whole number",
+            "100",
+            "steps, at most, beside those by which the weight is tried on points left out",
+        ),
         Field::optional(
             "smooth",
             "0 | 1 | 2",
@@ -143,7 +148,7 @@ impl Operation for FitShape {
         let after = frames.own_shape(0, fitted.shape().as_ref());
         let all: Vec<&dyn Shape> =
             std::iter::once(after.as_ref()).chain(before[1..].iter().map(AsRef::as_ref)).collect();
-        let mut report = report_of(&object, fitted.report(), &points, scene.unit);
+        let mut report = report_of(&object, fitted.report(), &points, scene.unit, shapes[0].as_ref());
         report.prepare_seconds = Some(seconds);
         report.marks = constraints.iter().filter_map(|c| Mark::of(c, &names, &before, &all)).collect();
         report.notes.extend(unfair);
@@ -258,7 +263,14 @@ fn advised(error: FitError, parameters: &Parameters, shape: &dyn Shape) -> FitEr
     ))
 }
 
-fn report_of(object: &str, report: &CloudReport, points: &[Point], unit: Unit) -> StepReport {
+fn report_of(
+    object: &str,
+    report: &CloudReport,
+    points: &[Point],
+    unit: Unit,
+    shape: &dyn Shape,
+) -> StepReport {
+    let dimensions = shape.domain().len();
     let length = |x: f64| unit.quantity(x, 1);
     let place = points.get(report.worst).map(|p| format!(" {}", place(p))).unwrap_or_default();
     let mut notes = vec![format!(
@@ -273,14 +285,33 @@ fn report_of(object: &str, report: &CloudReport, points: &[Point], unit: Unit) -
         notes.push(format!(
             "the energy's weight follows from the noise: fair = {weight} asks for the same, fair = 0 for none", weight = figure(weight)));
     }
-    if !report.converged {
+    if report.fair.is_some() && report.met {
+        notes.push(format!(
+            "the shape passes through all points, as it may through any so few with {} control vertices, so that their noise is not seen: if they have some, give more points, fewer control vertices or \"fair\"",
+            shape.control_vertices().len()
+        ));
+    }
+    if report.at_reach {
+        notes.push("where few points are the shape was held back, no farther from where it began than ten times the size of points and shape: leave \"fair\" out or give a larger one".to_owned());
+    } else if !report.converged {
         notes.push(format!(
             "after {} steps the last one still moved a foot by {}: more iterations would come nearer",
             report.iterations,
             short(report.change)
         ));
     }
+    let mut warnings = Vec::new();
+    if report.outweighed {
+        let [was, is] = report.measure.map(|m| unit.quantity(m, dimensions));
+        let what = if dimensions < 2 { "length" } else { "area" };
+        warnings.push(format!(
+            "the energy outweighs the points: the root mean square of their distances is {} ({} before), the {what} {is} ({was} before): give a smaller \"fair\", or leave it out, so that it follows from the noise",
+            length(report.rms),
+            length(report.before),
+        ));
+    }
     StepReport {
+        warnings,
         op: DECLARATION.name.into(),
         object: Some(object.to_owned()),
         solver: Some(report.solver.clone()),

@@ -2,14 +2,20 @@
 
 use loftsman_kernel::error::Result;
 use loftsman_kernel::shape::{Derivative, Domain, Location, Shape};
+use loftsman_kernel::solve::Symmetric;
 use loftsman_kernel::{Point, Vector};
+use std::sync::OnceLock;
 
+use super::model::mean_square;
 use super::rows::Rows;
 
 /// Pieces of a surface, and of a curve, at least; and divisions of a patch in one direction, at most.
 const SURFACE: usize = 1000;
 const CURVE: usize = 200;
 const DIVISIONS: usize = 32;
+/// How many times the size of points and shape together any place of it goes from where it began. Without an energy a loop that no point sees may
+/// grow for ever, each step nearer by less: then nobody finds feet on it, nor wants it.
+const REACH: f64 = 10.0;
 
 /// A face of the shape, or a box of its parameters.
 #[derive(Debug, Clone, Copy)]
@@ -37,6 +43,7 @@ pub(super) struct Patches {
     rows: Rows,
     curve: bool,
     domain: Domain,
+    still: OnceLock<Symmetric>,
 }
 
 impl Patches {
@@ -53,7 +60,8 @@ impl Patches {
         let share = wanted / patches.len().max(1) as f64;
         let divisions = (if curve { share } else { share.sqrt() }).ceil() as usize;
         let divisions = divisions.clamp(2, DIVISIONS);
-        let mut all = Self { patches, pieces: Vec::new(), rows: Rows::default(), curve, domain };
+        let (rows, still) = (Rows::default(), OnceLock::new());
+        let mut all = Self { patches, pieces: Vec::new(), rows, curve, domain, still };
         for patch in 0..all.patches.len() {
             all.divide(shape, patch, divisions)?;
         }
@@ -112,6 +120,49 @@ impl Patches {
     /// The points of all pieces, of a shape with these control vertices.
     pub(super) fn points(&self, vertices: &[Point]) -> Vec<Vector> {
         (0..self.rows.len()).map(|k| self.rows.apply(k, vertices)).collect()
+    }
+
+    /// The part of a way of the control vertices that takes no point of a piece farther than `size` at once, or than half of what is left to
+    /// [`REACH`] times as far from where it `began`.
+    ///
+    /// Control vertices by themselves say nothing of how far a shape goes: those at the ends of knots that are not clamped are thousands of
+    /// sizes away where it moves by a hundredth.
+    pub(super) fn within(&self, began: &[Vector], vertices: &[Point], way: &[Vector], size: f64) -> f64 {
+        let mut share = 1.0_f64;
+        for (row, from) in began.iter().enumerate() {
+            let (away, way) =
+                ((self.rows.apply(row, vertices) - from) / size, self.rows.sum(row, way) / size);
+            let (length, left) = (way.norm(), 0.5 * (REACH - away.norm()).max(0.0));
+            let most = if (away + way).norm() > REACH - left { left.min(1.0) } else { 1.0 };
+            if length > most {
+                share = share.min(most / length);
+            }
+        }
+        share
+    }
+
+    /// The matrix of the mean square of the way of the points of all pieces.
+    pub(super) fn still(&self, count: usize) -> &Symmetric {
+        self.still.get_or_init(|| mean_square(&self.rows, count))
+    }
+
+    /// The area of a surface, or the length of a curve, with these control vertices: that of triangles and lines between the points of all pieces.
+    pub(super) fn measure(&self, vertices: &[Point]) -> f64 {
+        let points = self.points(vertices);
+        let by = |piece: &Piece, [a, b]: [usize; 2], [c, d]: [usize; 2]| {
+            points[piece.samples[c][d] as usize] - points[piece.samples[a][b] as usize]
+        };
+        let line = |piece: &Piece| (0..2).map(|a| by(piece, [a, 0], [a + 1, 0]).norm()).sum::<f64>();
+        // Half the product of the diagonals of each quarter.
+        let quarters = |piece: &Piece| {
+            let all = [[0, 0], [0, 1], [1, 0], [1, 1]].into_iter();
+            all.map(|[a, b]| {
+                let (one, other) = (by(piece, [a, b], [a + 1, b + 1]), by(piece, [a, b + 1], [a + 1, b]));
+                one.cross(&other).norm() / 2.0
+            })
+            .sum::<f64>()
+        };
+        self.pieces.iter().map(|piece| if self.curve { line(piece) } else { quarters(piece) }).sum()
     }
 
     /// The box of parameters that a foot may be looked for in from a piece, and the directions in which it is closed.

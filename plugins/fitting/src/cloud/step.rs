@@ -11,9 +11,11 @@ use crate::error::{FitError, Result};
 
 /// A pivot of this part of its diagonal is none.
 const PIVOT: f64 = 1e-13;
-/// Steps of one search, and the part of its start at which the gradient, in the metric of the matrix, is small enough.
+/// Steps of one search, and the part of its start at which the gradient, in the metric of the matrix, is small enough: where steps are to end where they
+/// settle, and where these are on their way.
 const STEPS: usize = 100;
-const SMALL: f64 = 1e-8;
+pub(super) const SMALL: f64 = 1e-8;
+pub(super) const COARSE: f64 = 1e-3;
 
 /// Vectors that a trace is estimated with.
 const PROBES: usize = 66;
@@ -210,8 +212,14 @@ impl<'a> Metric<'a> {
     }
 
     /// The adjustment that makes a model least among those that leave the equations as they are, by conjugate gradients
-    /// preconditioned with the matrix: with `τ = 1` one step is all, with less some `τ^-½`.
-    pub(super) fn least(&mut self, model: &Model<'_>, tau: f64, gradient: &[Vector]) -> Vec<Vector> {
+    /// preconditioned with the matrix, until the gradient is the part `small` of what it was: with `τ = 1` one step is all, with less some `τ^-½`.
+    pub(super) fn least(
+        &mut self,
+        model: &Model<'_>,
+        tau: f64,
+        gradient: &[Vector],
+        small: f64,
+    ) -> Vec<Vector> {
         let n = gradient.len();
         let zeros = || vec![Vector::zeros(); n];
         let dot = |a: &[Vector], b: &[Vector]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();
@@ -224,7 +232,7 @@ impl<'a> Metric<'a> {
         for _ in 0..STEPS {
             model.multiply(tau, &p, &mut product);
             let curvature = dot(&p, &product);
-            if !(curvature > 0.0 && size > SMALL * SMALL * start) {
+            if !(curvature > 0.0 && size > small * small * start) {
                 break;
             }
             let share = size / curvature;

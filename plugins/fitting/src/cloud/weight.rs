@@ -5,20 +5,23 @@ use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::Symmetric;
 
 use super::CloudFitted;
+use super::crossed::held_out;
 use super::descent::{Descended, GAIN, ROUNDING, Run, State};
 use super::step::{Metric, nullity};
 use crate::error::{FitError, Result};
 
 /// Weights that are tried, at most, steps with each but the last, and the part by which one may be off.
 const ROUNDS: usize = 16;
-const EACH: usize = 8;
+pub(super) const EACH: usize = 8;
 const SETTLED: f64 = 0.1;
 /// While the weight is on its way, a step that promises this part of what is there, and no more, is the last with one: noise and energy are
 /// known better by then than the weight.
-const ROUGH: f64 = 1e-3;
+pub(super) const ROUGH: f64 = 1e-3;
 /// An energy that comes to this part of the noise is at its end: a shape without any of it would have no more than twice this part
 /// more noise.
 const STRAIGHT: f64 = 1e-4;
+/// And with the weight that is wanted to no more than this part.
+const FEEBLE: f64 = 1e-2;
 /// The largest weight, for matrices of trace 1: with more, what only the points determine is lost in the rounding of the energy.
 const STIFFEST: f64 = 1e10;
 /// With less than this, for such matrices, the points are alone.
@@ -27,6 +30,8 @@ const LEAST: f64 = 1e-6;
 const LESS: f64 = 1e-3;
 /// How far the trend of the weights is followed at once, of a step without it.
 const TREND: (f64, f64) = (0.5, 6.0);
+/// How many times as large as the weight that follows from the noise the first one is that is tried against points left out, at least.
+const MORE: f64 = 10.0;
 /// The coordinates that an energy is of.
 const AXES: f64 = 3.0;
 /// What is left of the points is this part of them, at least: below, it is rounding.
@@ -54,6 +59,7 @@ pub(super) fn weighed<S: Shape + Clone>(run: &mut Run<'_, S>, squares: Squares) 
         // Nothing to bring nearer, but what the points leave open is for the energy all the same.
         weight = if stiffest > 0.0 && stiffest.is_finite() { stiffest / STIFFEST } else { 1.0 };
     }
+    let stiff = weight;
     let at = run.energies.len();
     run.energies.push((weight, squares));
     // Less noise than rounding makes is none.
@@ -103,7 +109,10 @@ pub(super) fn weighed<S: Shape + Clone>(run: &mut Run<'_, S>, squares: Squares) 
             Err(error) => return Err(error),
         };
         let mut way = (wanted.min(stiffest) / weight).ln();
-        let straight = weight * energy <= STRAIGHT * noise && (way > 0.0 || !way.is_finite());
+        // A weight that is far too small leaves the energy as little to say, but is to be much larger.
+        let meant = wanted * energy;
+        let little = weight * energy <= STRAIGHT * noise && (meant.is_nan() || meant <= FEEBLE * noise);
+        let straight = little && (way > 0.0 || !way.is_finite());
         way = if straight || !way.is_finite() { 0.0 } else { way };
         // A fixed point is come to slowly where the right side nearly follows the weight: a secant of the logarithms.
         let here = [weight.ln(), way];
@@ -111,29 +120,25 @@ pub(super) fn weighed<S: Shape + Clone>(run: &mut Run<'_, S>, squares: Squares) 
         let settled = found.settled;
         way *= slope.map_or(1.0, |slope| (-1.0 / slope).clamp(TREND.0, TREND.1));
         if settled && way.abs() <= SETTLED {
-            if enough > GAIN {
-                (enough, last) = (GAIN, Some((weight, found)));
-                continue;
-            }
             // A weight that began too large may have led where no smaller one leads back from: not where what was given leads.
-            if !std::mem::replace(&mut afresh, true) {
-                let left = run.asked.iterations - steps;
-                let mut other = match run.descended(None, left.min(EACH), ROUGH) {
-                    // Where vertices are open on that way, there is no other.
-                    Err(FitError::Undetermined { .. }) => return handed_out(run, at, weight, found),
-                    other => other?,
-                };
-                steps += other.report.iterations;
-                let value = |found: &Descended<S>| {
-                    let (squares, energy) = run.value(&found.state);
-                    squares + energy
-                };
-                if value(&other) < (1.0 - SETTLED) * value(&found) {
-                    (other.report.iterations, other.report.before) = (steps, before.sqrt());
+            if noise > least && !std::mem::replace(&mut afresh, true) {
+                let other = run.descended_if_determined(None, EACH, ROUGH)?;
+                if let Some(other) = other.filter(|o| run.sum(o) < (1.0 - SETTLED) * run.sum(&found)) {
                     (last, trend) = (Some((weight, other)), None);
                     continue;
                 }
-                found.report.iterations = steps;
+            }
+            if enough > GAIN && noise > least && !straight {
+                let left = run.asked.iterations.saturating_sub(steps);
+                let stiff = stiff.max(MORE * weight).min(stiffest);
+                let (weight, mut settled) = held_out(run, at, stiff, (weight, found), left)?;
+                settled.report.iterations += steps;
+                settled.report.before = before.sqrt();
+                return handed_out(run, at, weight, settled);
+            }
+            if enough > GAIN {
+                (enough, last) = (GAIN, Some((weight, found)));
+                continue;
             }
             return handed_out(run, at, weight, found);
         }
