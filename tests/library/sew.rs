@@ -213,6 +213,53 @@ fn one_side_and_three_faces_are_told() {
     assert_eq!((made.joined, made.open.len(), made.brep.shells().len()), (1, 10, 2));
 }
 
+/// A face without loops is the whole of a surface that closes: sewn with others, it stays a solid of its own. Tolerances below rounding stop at what is equal.
+#[test]
+fn faces_without_edges_are_whole() {
+    let half = Curve::elliptic_arc(Point::origin(), Vector::z() * -2.0, Vector::x() * 2.0, 0.0, PI).unwrap();
+    let sphere = Surface::revolution(&half, Point::origin(), Vector::z(), TAU).unwrap();
+    let made = sewn(&[sphere.into()], 1e-6).brep;
+    let mut parts = made.parts();
+    (parts.shells, parts.solids, parts.faces[0].loops) = (vec![], vec![], vec![]);
+    parts.drop_unused();
+    let ball: Geometry = Brep::new(parts).unwrap().into();
+    let mut faces = sides(1.0, Point::new(9.0, 0.0, 0.0), 3);
+    faces.push(ball);
+    for near in [1e-6, 1e-18, 1e-300] {
+        let made = sewn(&faces, near);
+        assert_eq!((made.brep.face_count(), made.brep.solids().len()), (7, 2), "{near:e}");
+        let exact = 6.0 + 4.0 / 3.0 * PI * 8.0;
+        assert!((volume(&made.brep) / exact - 1.0).abs() < 1e-3);
+    }
+}
+
+/// Objects in frames that change their sizes: the tolerance and the gap are the scene's.
+#[test]
+fn the_tolerance_is_one_of_the_scene() {
+    let square = |from: f64| {
+        let p = |x: f64, y: f64| Point::new(x, y, 0.0);
+        flat([p(from, 0.0), p(from + 1.0, 0.0), p(from + 1.0, 1.0), p(from, 1.0)])
+    };
+    for map in [
+        Matrix4::new_scaling(100.0),
+        Matrix4::new_scaling(0.01),
+        Matrix4::new_nonuniform_scaling(&Vector::new(1.0, 0.5, 1.0)),
+    ] {
+        let mut scene = Scene::new();
+        let back = map.try_inverse().unwrap();
+        let mut one = Object::new("one", Geometry::from(square(0.0)).transformed(&back).unwrap());
+        one.transform = Some(map);
+        scene.add(one).unwrap();
+        scene.add(Object::new("two", square(1.03).into())).unwrap();
+        let mut other = scene.clone();
+        let said = run(&mut scene, json!({ "objects": ["one", "two"], "tolerance": 0.031 })).unwrap();
+        assert!(said[0].contains("1 pair of edges is joined, 0.03 m apart"), "{said:?}");
+        assert_eq!(scene.objects()[0].transform, None);
+        let said = run(&mut other, json!({ "objects": ["one", "two"], "tolerance": 0.029 })).unwrap();
+        assert!(said.iter().any(|note| note.contains("open at 8 edges")), "{said:?}");
+    }
+}
+
 fn run(scene: &mut Scene, fields: Value) -> Result<Vec<String>, String> {
     let registry = loftsman::registry();
     let operation = registry.find_operation("sew", "op").unwrap();
@@ -252,6 +299,8 @@ fn objects_become_one_in_the_frame_of_the_first() {
         (json!({ "objects": [] }), "empty"),
         (json!({ "objects": ["side 0"], "tolerance": 0 }), "no length"),
         (json!({ "objects": ["side 0"], "tolerance": 100 }), "no tolerance"),
+        (json!({ "objects": ["side 0"], "tolerance": 1e-18 }), "above rounding"),
+        (json!({ "objects": ["side 0"], "tolerance": 1e-300 }), "above rounding"),
         (json!({ "objects": ["nothing"] }), "nothing"),
     ] {
         let mut scene = before.clone();

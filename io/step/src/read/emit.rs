@@ -48,15 +48,17 @@ struct Spot<'n> {
     label: &'n str,
     parent: Option<&'n str>,
     transform: Option<Matrix4<f64>>,
-    /// The colour of the occurrence that this is, before all others.
+    /// The colour of the occurrence of a part that this is, before all others.
     color: Option<[f64; 4]>,
+    /// The colour of an occurrence of what this is in: of what has none else.
+    around: Option<[f64; 4]>,
     /// What it is called where it is used, if that is nothing that its name or label says.
     occurrence: Option<&'n str>,
 }
 
 impl<'n> Spot<'n> {
     fn new(name: &'n str, label: &'n str, parent: Option<&'n str>) -> Self {
-        Self { name, label, parent, transform: None, color: None, occurrence: None }
+        Self { name, label, parent, transform: None, color: None, around: None, occurrence: None }
     }
 }
 
@@ -172,16 +174,15 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
             [only] if self.definitions[node].is_some() && nodes[node].children.is_empty() => only.color,
             _ => None,
         });
-        let keeps = |node: usize| {
-            self.definitions[node].is_some() && self.items[node].iter().any(|item| item.color.is_some())
-        };
+        let keeps = |node: usize| self.items[node].iter().any(|item| item.color.is_some());
         let keeping = occurrence::keeping(nodes, keeps);
         for (items, _) in self.items.iter_mut().zip(&self.lifted).filter(|(_, lifted)| lifted.is_some()) {
             items.iter_mut().for_each(|item| item.color = None);
         }
         let children = nodes.iter().flat_map(|node| &node.children);
         let without = children.filter(|child| {
-            let goes_to_all = self.lifted[child.node].is_some() || !keeping[child.node];
+            let is_part = self.definitions[child.node].is_none() && nodes[child.node].children.is_empty();
+            let goes_to_all = is_part || self.lifted[child.node].is_some() || !keeping[child.node];
             child.color.is_some() && !goes_to_all
         });
         let text = "its colour goes only to what in it has no colour of its own here";
@@ -295,17 +296,19 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
                 let (color, layer) = self.marks[node].clone();
                 let geometry = Arc::new(Geometry::Group);
                 let group = Item { name: String::new(), geometry, color, layer };
-                put(list, group, &Spot { color: None, ..*spot })?
+                put(list, group, &Spot { color: None, around: None, ..*spot })?
             }
         };
         for item in items {
             let called = if item.name.is_empty() { head.clone() } else { item.name.clone() };
-            put(list, item, &Spot { color: spot.color, ..Spot::new(&called, &called, Some(&head)) })?;
+            let (color, around) = (spot.color, spot.around);
+            put(list, item, &Spot { color, around, ..Spot::new(&called, &called, Some(&head)) })?;
         }
-        self.children(list, node, &Spot { color: spot.color, ..Spot::new("", "", Some(&head)) }, depth)
+        let around = spot.color.or(spot.around);
+        self.children(list, node, &Spot { around, ..Spot::new("", "", Some(&head)) }, depth)
     }
 
-    /// What is in a node, under the parent and in the colour that are given.
+    /// What is in a node, under the parent that is given and in the colour around where it has none else.
     fn children(
         &mut self,
         list: &mut Definition,
@@ -327,7 +330,7 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
             let transform = Some(child.place).filter(|place| *place != Matrix4::identity());
             let called =
                 |own: &str, other: &str| if own.is_empty() { other.to_owned() } else { own.to_owned() };
-            let color = under.color.or(child.color);
+            let (color, around) = (child.color, under.around);
             let (parent, occurrence) = (under.parent, None);
             match self.definitions[child.node].clone() {
                 Some(definition) => {
@@ -336,13 +339,15 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
                     let geometry = Arc::new(Geometry::Instance(definition));
                     let lifted = self.lifted.get(child.node).copied().flatten();
                     let item = Item { name: String::new(), geometry, color: lifted, layer: None };
-                    let spot = Spot { name: &name, label: &label, parent, transform, color, occurrence };
+                    let spot =
+                        Spot { name: &name, label: &label, parent, transform, color, around, occurrence };
                     put(list, item, &spot)?;
                 }
                 None if self.is_shared(child.node) => {
                     let name = called(&child.name, self.name(&of.name));
                     let label = called(&child.label, &name);
-                    let spot = Spot { name: &name, label: &label, parent, transform, color, occurrence };
+                    let spot =
+                        Spot { name: &name, label: &label, parent, transform, color, around, occurrence };
                     self.place(list, child.node, &spot, depth + 1)?;
                 }
                 None => {
@@ -351,7 +356,8 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
                     let own = child.label.as_str();
                     let occurrence = Some(own)
                         .filter(|own| !own.is_empty() && ![name.as_str(), label.as_str()].contains(own));
-                    let spot = Spot { name: &name, label: &label, parent, transform, color, occurrence };
+                    let spot =
+                        Spot { name: &name, label: &label, parent, transform, color, around, occurrence };
                     self.place(list, child.node, &spot, depth + 1)?;
                 }
             }
@@ -364,7 +370,7 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
 fn put(list: &mut Definition, item: Item, spot: &Spot<'_>) -> Result<String, FormatError> {
     let name = list.unique_name(spot.name);
     let mut object = Object::sharing(name.clone(), item.geometry).labelled(spot.label);
-    object.color = spot.color.or(item.color);
+    object.color = spot.color.or(item.color).or(spot.around);
     object.statements.extend(spot.occurrence.map(|own| (crate::OCCURRENCE.to_owned(), own.to_owned())));
     object.layer = item.layer;
     object.parent = spot.parent.map(str::to_owned);

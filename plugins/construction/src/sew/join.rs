@@ -66,7 +66,9 @@ fn merge_vertices(parts: &mut Parts, near: f64) {
     for edge in open(parts) {
         parts.edges[edge].ends.iter().for_each(|&end| is_open[end] = true);
     }
-    let cell = |p: &Point| [p.x, p.y, p.z].map(|c| (c / near).floor() as i64);
+    // Cells beyond what can be counted are one: what lies there is compared all the same.
+    const LAST: f64 = (1_i64 << 60) as f64;
+    let cell = |p: &Point| [p.x, p.y, p.z].map(|c| (c / near).floor().clamp(-LAST, LAST) as i64);
     let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
     let mut now: Vec<usize> = (0..parts.vertices.len()).collect();
     for vertex in (0..is_open.len()).filter(|&vertex| is_open[vertex]) {
@@ -104,12 +106,14 @@ fn drop_short(parts: &mut Parts, near: f64, joined: &mut Joined) -> Result<()> {
         drop[edge] = start == end && extent(&segment(&parts.edges[edge])?) <= near;
         joined.short += usize::from(drop[edge]);
     }
-    for face in &mut parts.faces {
+    parts.faces.retain_mut(|face| {
+        // Without loops it is the whole of a surface that closes.
+        let is_whole = face.loops.is_empty();
         face.loops.iter_mut().for_each(|uses| uses.retain(|one| !drop[one.edge]));
         face.loops.retain(|uses| !uses.is_empty());
-    }
-    // What had no other border was no larger than the tolerance.
-    parts.faces.retain(|face| !face.loops.is_empty());
+        // What has no other border is no larger than the tolerance.
+        is_whole || !face.loops.is_empty()
+    });
     Ok(())
 }
 

@@ -27,8 +27,8 @@ pub use operation::Sew;
 use nest::Hull;
 use sides::Group;
 
-/// How fine the mesh is that says which side of a shell is outside.
-const FINENESS: Fineness = Fineness { chord: Chord::Relative(1e-2), angle: 0.5 };
+/// How fine the mesh is that says which side of a shell is outside: finer, where faces cannot be cut so coarsely.
+const CHORDS: [f64; 3] = [1e-2, 1e-3, 1e-4];
 /// Of so many open edges it is looked how far they are from one another.
 const COMPARED: usize = 1000;
 
@@ -126,12 +126,22 @@ fn close(
     turned: &mut BTreeSet<usize>,
     tessellator: &dyn Tessellator,
 ) -> Result<usize> {
-    let closed: Vec<usize> =
-        (0..groups.len()).filter(|&shell| groups[shell].closed && groups[shell].sided).collect();
+    let open = Brep::new(parts.clone())?;
+    let closes = |group: &Group| group.closed && group.sided && open.is_closed(&group.faces);
+    let closed: Vec<usize> = (0..groups.len()).filter(|&shell| closes(&groups[shell])).collect();
     if closed.is_empty() {
         return Ok(0);
     }
-    let cut = tessellator.measured_brep(&Brep::new(parts.clone())?, &FINENESS)?;
+    let mut found = None;
+    for chord in CHORDS {
+        let cut = tessellator.measured_brep(&open, &Fineness { chord: Chord::Relative(chord), angle: 0.5 });
+        let is_whole = cut.as_ref().is_ok_and(|cut| cut.left_out.is_empty());
+        found = Some(cut);
+        if is_whole {
+            break;
+        }
+    }
+    let Some(Ok(cut)) = found else { return Ok(closed.len()) };
     let mut hulls = Vec::with_capacity(closed.len());
     for &shell in &closed {
         let faces = &groups[shell].faces;

@@ -11,6 +11,9 @@ use loftsman_kernel::text::{a, counted};
 use super::sew_parts;
 use crate::fields::{NAME, free_name, length, like, named};
 
+/// A tolerance is between rounding and what leaves something of the faces, as parts of the size of all.
+const LEAST: f64 = 1e-14;
+const MOST: f64 = 0.1;
 /// Without a tolerance edges are one that are as near as this part of the size of all.
 const NEAR: f64 = 1e-6;
 
@@ -55,11 +58,21 @@ impl Operation for Sew {
         let Some(first) = names.first() else {
             return Err(p.error("objects", "is empty: name what is to be sewn").into());
         };
-        let geometries = placed(scene, p, &names)?;
+        // Where all stand alike and as large as they are what is made stands there too, else in the scene by itself.
+        let standing = scene.standing(first)?;
+        let mut alike = !standing.changes_size();
+        for name in &names {
+            alike &= scene.standing(name)? == standing;
+        }
+        let geometries = placed(scene, p, &names, alike)?;
         let size = size(&geometries);
         let near = if p.has("tolerance") { length(p, "tolerance")? } else { NEAR * size };
-        if !(near > 0.0 && near < size) {
-            let problem = format!("{near} is no tolerance for what is {size} large: give a smaller one");
+        let reach =
+            geometries.iter().flat_map(Geometry::points).map(|q| q.coords.amax()).fold(size, f64::max);
+        if !(near > LEAST * reach && near < MOST * size) {
+            let problem = format!(
+                "{near} is no tolerance for what is {size} large: give one above rounding and below a tenth of the size"
+            );
             return Err(p.error("tolerance", problem).into());
         }
         let tessellator = context.registry.tessellator();
@@ -79,9 +92,7 @@ impl Operation for Sew {
         }
         let faces = parts.faces.len();
         let sewn = sew_parts(parts, near, tessellator)?;
-        let standing = scene.standing(first)?;
-        let scale = standing.most();
-        let quantity = |own: f64| scene.unit.quantity(scale * own, 1);
+        let quantity = |length: f64| scene.unit.quantity(length, 1);
         let mut notes = vec![if sewn.joined == 0 && sewn.open.is_empty() {
             format!("{}: every edge is that of two already", counted(faces, "face[|s]"))
         } else if sewn.joined == 0 {
@@ -143,6 +154,9 @@ impl Operation for Sew {
         ];
         let name = free_name(scene, p, &format!("{first} sewn"))?;
         let mut object = like(scene, first, &name, sewn.brep.into());
+        if !alike {
+            (object.parent, object.transform) = (None, None);
+        }
         // Faces have the colours of what they come from.
         object.color = None;
         let mut changed = scene.clone();
@@ -156,14 +170,19 @@ impl Operation for Sew {
         let mut report =
             StepReport { op: "sew".into(), object: Some(name), notes, warnings, ..StepReport::default() };
         report.numbers.extend(joined.map(|(word, count)| (word.into(), count.into())));
-        report.numbers.insert("gap".into(), (scale * sewn.gap).into());
-        report.numbers.insert("tolerance".into(), (scale * near).into());
+        report.numbers.insert("gap".into(), sewn.gap.into());
+        report.numbers.insert("tolerance".into(), near.into());
         Ok(report)
     }
 }
 
-/// The geometries of objects in the frame of the first.
-fn placed(scene: &Scene, p: &Parameters, names: &[String]) -> Result<Vec<Geometry>, OperationError> {
+/// The geometries of objects: as they are, where all stand alike, else as they stand in the scene.
+fn placed(
+    scene: &Scene,
+    p: &Parameters,
+    names: &[String],
+    alike: bool,
+) -> Result<Vec<Geometry>, OperationError> {
     let mut all = Vec::with_capacity(names.len());
     for name in names {
         let geometry = scene.object(name).map_err(|e| p.error("objects", e.to_string()))?.geometry();
@@ -181,8 +200,11 @@ fn placed(scene: &Scene, p: &Parameters, names: &[String]) -> Result<Vec<Geometr
                 return Err(p.error("objects", problem).into());
             }
         }
-        let moved = scene.in_frame_of(name, &names[0]).map_err(named(name))?;
-        all.push(moved.unwrap_or_else(|| geometry.clone()));
+        all.push(if alike {
+            geometry.clone()
+        } else {
+            scene.standing(name)?.seen(geometry).map_err(named(name))?.into_owned()
+        });
     }
     Ok(all)
 }
