@@ -8,6 +8,9 @@ use crate::spline::part::{Part, follow};
 use crate::spline::trimmed::ParameterCurve;
 use crate::{Point, parallel};
 
+/// Where a loop ends this near to its start, as a part of the domain, it closes.
+const JOINED: f64 = 1e-3;
+
 /// A place on a Brep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FacePlace {
@@ -59,6 +62,13 @@ impl Brep {
                     continue;
                 }
                 follow(&mut line, curve, one.reversed)?;
+            }
+            // Ends that tolerances or rounding leave apart are joined, or places beside them would be taken for inside.
+            if let (Some(&first), Some(&last)) = (line.first(), line.last()) {
+                let start = [0, 1].map(|d| sides[d].unwrapped(first[d], last[d]));
+                if start != last && (0..2).all(|d| (start[d] - last[d]).abs() <= JOINED * sides[d].length()) {
+                    line.push(start);
+                }
             }
             lines.push(line);
         }

@@ -1,12 +1,16 @@
 //! `edit`: the least adjustment that meets the constraints.
 
+use std::any::Any;
+
+use loftsman_kernel::brep::Brep;
 use loftsman_kernel::edit::{Edit, Report};
 use loftsman_kernel::plugin::{
     Context, Declaration, Operation, OperationError, Parameters, StepReport, put_back,
 };
-use loftsman_kernel::scene::Scene;
+use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::Shape;
 
+use crate::furthest::far_beyond;
 use crate::problem::{Problem, SHARED, step_report};
 
 /// The operation `edit`.
@@ -40,8 +44,24 @@ impl Operation for EditOperation {
         report.marks = problem.marks(&after, &report.constraints);
         report.warnings.extend(problem.cut_away(scene, &after, &report.constraints));
         let mut edited = scene.clone();
-        for (name, shape) in problem.names.iter().zip(after) {
-            put_back(&mut edited, name, shape)?;
+        for (index, (name, shape)) in problem.names.iter().zip(after).enumerate() {
+            let any: &dyn Any = shape;
+            let (Geometry::Brep(before), Some(brep)) =
+                (scene.object(name)?.geometry(), any.downcast_ref::<Brep>())
+            else {
+                put_back(&mut edited, name, shape)?;
+                continue;
+            };
+            let brep = brep.without_spare_knots()?;
+            let scale = scene.standing(name).map_or(1.0, |standing| standing.most());
+            report.warnings.extend(far_beyond(
+                before,
+                &brep,
+                (index, &problem.constraints),
+                scale,
+                scene.unit,
+            ));
+            put_back(&mut edited, name, &brep)?;
         }
         *scene = edited;
         Ok(report)

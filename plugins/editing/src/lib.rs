@@ -8,6 +8,7 @@ mod away;
 mod cut;
 mod drag;
 mod edit;
+mod furthest;
 mod problem;
 mod representation;
 mod scene;

@@ -19,6 +19,7 @@
 mod edge;
 mod measure;
 mod pair;
+mod settle;
 mod sheet;
 mod strand;
 mod tangent;
@@ -31,7 +32,7 @@ use std::sync::Arc;
 pub use self::measure::Opening;
 use self::pair::Tie;
 use self::sheet::{Sheet, Still};
-use super::Brep;
+use super::{Brep, Parts};
 use crate::Point;
 use crate::error::{Error, Result};
 use crate::shape::{Bond, Bonds, Shape, Stencil};
@@ -84,6 +85,8 @@ pub(super) enum Motion {
     None,
     Wished(Moving),
     Ready(Arc<Loose>),
+    /// An edit has ended, and this did not move.
+    Settled(Arc<settle::Rest>),
 }
 
 impl PartialEq for Motion {
@@ -111,6 +114,8 @@ pub(super) struct Loose {
     followers: Vec<Follower>,
     /// All control vertices as they were.
     base: Vec<Point>,
+    /// What it was before it was made ready: what faces and edges that do not move may be again.
+    original: Parts,
     /// The openings along edges that follow, as they were.
     before: Vec<Opening>,
     /// Edges that are held together at places only.
@@ -211,6 +216,14 @@ impl Brep {
         for (&edge, &tie) in ties.iter().filter(|(edge, _)| smooth.contains(edge)) {
             self.refine_across(edge, tie, &mut sheets)?;
         }
+        for &edge in ties.keys() {
+            let order = usize::from(smooth.contains(&edge));
+            for one in self.uses(edge) {
+                if let Some(sheet) = sheets.get_mut(&one.face) {
+                    sheet.tied.push(Still::Edge { edge, chain: one.chain, number: one.number, order });
+                }
+            }
+        }
         for (face, sheet) in &mut sheets {
             sheet.freed(&on(*face))?;
         }
@@ -229,7 +242,7 @@ impl Brep {
             plans.insert(edge, edge::replace(self, edge, &sheets, &mut parts)?);
         }
         let mut ready = Self::new(parts)?;
-        ready.prepare(&sheets, &ties, &plans, (smooth, stays))?;
+        ready.prepare(&sheets, &ties, &plans, (smooth, stays), self.parts())?;
         Ok(ready)
     }
 
@@ -331,6 +344,7 @@ impl Brep {
         ties: &BTreeMap<usize, Tie>,
         plans: &BTreeMap<usize, edge::Plan>,
         (smooth, stays): (BTreeSet<usize>, usize),
+        original: Parts,
     ) -> Result<()> {
         let mut free = vec![false; self.net.len()];
         for (&face, sheet) in sheets {
@@ -384,6 +398,7 @@ impl Brep {
             bonds,
             followers,
             base: self.net.clone(),
+            original,
             before,
             between,
             smooth,
@@ -426,45 +441,6 @@ impl Brep {
     /// The row of a place on a face.
     fn row_at(&self, surface: &Surface, face: usize, at: [f64; 2]) -> Result<Stencil> {
         self.stencil(strand::location(surface, face, at), crate::shape::Derivative::POSITION)
-    }
-
-    /// Brings edges and vertices to where the faces are that may move.
-    pub(super) fn follow(&mut self) {
-        let Motion::Ready(loose) = &self.motion else { return };
-        let loose = Arc::clone(loose);
-        self.known = super::flaws::Known::default();
-        for Follower { vertex, row } in &loose.followers {
-            let mut way = crate::Vector::zeros();
-            for (from, c) in row.iter() {
-                way += (self.net[from] - loose.base[from]) * c;
-            }
-            self.net[*vertex] = loose.base[*vertex] + way;
-        }
-    }
-
-    /// Ends an edit; what there is to tell.
-    pub(super) fn settle(&mut self) -> Result<Vec<String>> {
-        let Some(loose) = self.loose().map(Arc::clone) else { return Ok(Vec::new()) };
-        self.follow();
-        self.motion = Motion::None;
-        self.known = super::flaws::Known::default();
-        let moved: Vec<usize> = loose
-            .faces
-            .iter()
-            .copied()
-            .filter(|&face| self.range_of(face).any(|k| self.net[k] != loose.base[k]))
-            .collect();
-        for &face in &moved {
-            self.faces[face].form = super::SurfaceForm::Spline;
-        }
-        let mut edges = Vec::new();
-        for &edge in &loose.edges {
-            if self.range_of_edge(edge).any(|k| self.net[k] != loose.base[k]) {
-                self.edges[edge].form = super::CurveForm::Spline;
-                edges.push(edge);
-            }
-        }
-        self.tell(&loose, &moved, &edges)
     }
 }
 

@@ -15,6 +15,8 @@ const DEGREE: usize = 3;
 const FREE: f64 = 0.5;
 /// A surface is refined so often that pieces beside a place are halved.
 const ROUNDS: usize = 12;
+/// And so often where an edge beside it may go along: nearer to that, a place moves with the edge.
+const WITHIN: usize = ROUNDS;
 /// How far beyond the domain a parameter curve may be by rounding, as a part of it.
 const SLACK: f64 = 1e-7;
 /// Ends of curves of a loop that are nearer than this part of the domain are one corner.
@@ -33,6 +35,8 @@ pub(super) struct Sheet {
     turned: Vec<Vec<bool>>,
     /// What stands still of it, to an order: an edge, or a point of it.
     pub(super) still: Vec<Still>,
+    /// Its edges that go along with another face that moves, to the order to which both meet there.
+    pub(super) tied: Vec<Still>,
 }
 
 /// What of a face stands still.
@@ -54,7 +58,7 @@ impl Sheet {
         turned: Vec<Vec<bool>>,
         places: &[[f64; 2]],
     ) -> Result<Self> {
-        let mut sheet = Self { face, surface, curves, turned, still: Vec::new() };
+        let mut sheet = Self { face, surface, curves, turned, still: Vec::new(), tied: Vec::new() };
         for (k, direction) in [Direction::U, Direction::V].into_iter().enumerate() {
             sheet.cut(k, direction, places.first().map(|at| at[k]))?;
         }
@@ -229,14 +233,15 @@ impl Sheet {
         }
     }
 
-    /// Knots inserted around places until at each of them there is freedom.
+    /// Knots inserted around places until at each of them there is freedom, and, where it is not too near to an edge, there is as much of it
+    /// while all edges stay where they are: what a face can do alone it can do beside faces that may go along.
     pub(super) fn freed(&mut self, places: &[[f64; 2]]) -> Result<()> {
         for &[u, v] in places {
             let outside = |e: Error| Error::Invalid(format!("a place on face {}: {e}", self.face));
             let (u, v) =
                 (self.surface.u().locate(u).map_err(outside)?, self.surface.v().locate(v).map_err(outside)?);
             let mut round = 0;
-            while self.freedom(u, v)? < FREE {
+            while self.freedom((u, v), &[])? < FREE {
                 round += 1;
                 if round > ROUNDS {
                     return Err(self.too_near([u, v])?);
@@ -244,13 +249,27 @@ impl Sheet {
                 self.halved(Direction::U, u)?;
                 self.halved(Direction::V, v)?;
             }
+            let enough = self.surface.clone();
+            for _ in 0..WITHIN {
+                if self.freedom((u, v), &self.tied)? >= FREE {
+                    break;
+                }
+                self.halved(Direction::U, u)?;
+                self.halved(Direction::V, v)?;
+            }
+            if self.freedom((u, v), &self.tied)? < FREE {
+                self.surface = enough;
+            }
         }
         Ok(())
     }
 
-    /// How much of what makes a place can move: from 0 to 1.
-    fn freedom(&self, u: f64, v: f64) -> Result<f64> {
-        let held = self.held()?;
+    /// How much of what makes a place can move, while these edges stand still, too: from 0 to 1.
+    fn freedom(&self, (u, v): (f64, f64), beside: &[Still]) -> Result<f64> {
+        let mut held = self.held()?;
+        for edge in beside {
+            held.append(&mut self.held_by(edge)?);
+        }
         let row = self.surface.product().stencil((u, v), crate::shape::Derivative::POSITION, None)?;
         Ok(row.iter().filter(|(vertex, _)| !held.contains(vertex)).map(|(_, c)| c).sum())
     }
