@@ -126,6 +126,7 @@ pub(crate) fn operation_sample(name: &str) -> Value {
         "sample" => json!({ "object": curve, "count": 12 }),
         "offset" => json!({ "object": "square", "distance": 0.1, "corners": "sharp" }),
         "sweep" => json!({ "object": "rational", "path": curve, "tolerance": 0.01 }),
+        "sew" => json!({ "objects": ["patch", "cap"] }),
         "symmetrize" => json!({ "object": curve, "normal": [0, 1, 1] }),
         other => panic!("the operation \"{other}\" has no sample: add one"),
     }

@@ -380,6 +380,10 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("tube", "uvs", none(), json!(true), json!(false));
     add("tube", "keep", none(), json!(true), json!(false));
     add("tube", "name", none(), json!("hose"), json!("pipe"));
+    add("sew", "objects", none(), json!(["patch", "cap"]), json!(["patch"]));
+    add("sew", "tolerance", none(), json!(1e-4), json!(1e5));
+    add("sew", "keep", none(), json!(true), json!(false));
+    add("sew", "name", none(), json!("one"), json!("other"));
     for op in ["line", "polyline", "circle", "arc", "ellipse", "revolve", "edge", "sample", "offset", "sweep"]
     {
         add(op, "name", none(), json!("one"), json!("other"));

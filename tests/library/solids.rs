@@ -180,6 +180,46 @@ fn a_torus_of_one_trimmed_surface_is_whole() {
     assert!((area / exact - 1.0).abs() < 2e-3, "{area} {exact}");
 }
 
+/// Caps of balls whose loops close within the parameters of their spheres (`data/made`): as large as they are, `2 pi r h`.
+#[test]
+fn caps_that_loops_bound_are_whole() {
+    let registry = loftsman::registry();
+    let format = registry.formats().iter().find(|f| f.declaration().name == "iges").unwrap();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/made/lens.igs");
+    let memory = loftsman::kernel::plugin::Memory::new("lens.igs", std::fs::read(path).unwrap());
+    let (scene, report) = format.read(&memory, &Default::default()).unwrap();
+    let apart = 2.2_f64.hypot(0.4);
+    let ring = (apart * apart + 4.0 - 1.0) / (2.0 * apart);
+    let mut exact = [4.0 * PI * (2.0 - ring), 2.0 * PI * (1.0 - (apart - ring))];
+    let fineness = Fineness { chord: Chord::Relative(1e-5), angle: 0.05 };
+    let tessellator = registry.tessellator().unwrap();
+    let mut found: Vec<f64> = scene
+        .objects()
+        .iter()
+        .filter_map(|object| match object.geometry() {
+            Geometry::Brep(brep) => Some(tessellator.measured_brep(brep, &fineness).unwrap().mesh),
+            Geometry::Trimmed(trimmed) => {
+                Some(tessellator.measured_trimmed(trimmed, &fineness).unwrap().mesh)
+            }
+            _ => None,
+        })
+        .map(|mesh| {
+            let corner = |face: &[u32], k: usize| mesh.points()[face[k] as usize];
+            let area = |face: &[u32]| {
+                let [a, b, c] = [0, 1, 2].map(|k| corner(face, k));
+                0.5 * (b - a).cross(&(c - a)).norm()
+            };
+            mesh.faces().map(area).sum()
+        })
+        .collect();
+    found.sort_by(f64::total_cmp);
+    exact.sort_by(f64::total_cmp);
+    assert_eq!(found.len(), 2, "{report:?}");
+    for (found, exact) in found.iter().zip(exact) {
+        assert!((found / exact - 1.0).abs() < 1e-3, "{found} {exact}");
+    }
+}
+
 /// What is told of a quantity that was asked for is that of the solid as it came out: an edit may give its faces other control vertices.
 #[test]
 fn what_was_asked_is_told_of_the_solid_that_came_out() {

@@ -4,7 +4,8 @@
 use std::collections::BTreeMap;
 
 use loftsman::kernel::plugin::{Context, Parameters};
-use loftsman::kernel::scene::Scene;
+use loftsman::kernel::scene::{Object, Scene};
+use loftsman::kernel::spline::Direction as KernelDirection;
 use loftsman_tests::curves::Sequence;
 use loftsman_tests::exact::{
     Direction, apart, curve_derivative, curve_point, numbers, object, surface_derivative, surface_point,
@@ -1275,10 +1276,53 @@ fn symmetrize(walk: &mut Walk<'_>) -> Outcome {
     Ok(())
 }
 
+/// A surface cut in two is one face beside the other again: they share the curve along which it was cut.
+fn sew(walk: &mut Walk<'_>) -> Outcome {
+    let whole = walk.surface();
+    let size = size_of(&whole);
+    let (scene, _) = walk.document(&[("s", "surface", &whole)]);
+    let surface = scene.surface("s").unwrap();
+    let (a, b) = surface.u().domain();
+    let at = walk.between(a + 0.2 * (b - a), a + 0.8 * (b - a));
+    let mut halves = Scene::new();
+    for (name, from, to) in [("s", a, at), ("t", at, b)] {
+        let half = surface.between(KernelDirection::U, from, to).unwrap();
+        let half = if walk.flip() { half.reverse(KernelDirection::V).unwrap() } else { half };
+        halves.add(Object::new(name, half.into())).unwrap();
+    }
+    let halves = walk.written(&halves);
+    let [one, other] = ["s", "t"].map(|name| object(&halves, name)["surface"].clone());
+    let fields = json!({ "objects": ["s", "t"], "name": "b", "tolerance": 1e-7 * size });
+    let after = walk.run(&[("s", "surface", &one), ("t", "surface", &other)], "sew", fields)?;
+    let brep = &object(&after, "b")["brep"];
+    let faces = brep["faces"].as_array().unwrap();
+    let used = |face: &Value| -> Vec<u64> {
+        let uses = face["loops"].as_array().unwrap().iter().flat_map(|chain| chain.as_array().unwrap());
+        uses.map(|one| one["edge"].as_u64().unwrap()).collect()
+    };
+    let [first, second] = [used(&faces[0]), used(&faces[1])];
+    // Along the cut both are one edge, which is where the whole surface is there.
+    let (from, to) = surface.v().domain();
+    let mut shared =
+        first.iter().filter(|edge| second.contains(edge)).map(|&edge| &brep["edges"][edge as usize]["curve"]);
+    let is_cut = |curve: &&Value| {
+        let (c, d) = Direction::new(curve).domain();
+        (0..=8).all(|k| {
+            let share = f64::from(k) / 8.0;
+            let p = curve_point(curve, c + (d - c) * share);
+            [share, 1.0 - share].into_iter().any(|share| {
+                apart(p, surface_derivative(&whole, [at, from + (to - from) * share], [0, 0])) <= 1e-9 * size
+            })
+        })
+    };
+    assert!(shared.any(|curve| is_cut(&curve)), "{whole} at {at}: {brep}");
+    Ok(())
+}
+
 type Step = fn(&mut Walk<'_>) -> Outcome;
 
 /// Each operation, and how many of the cases it may refuse at most.
-const STEPS: [(&str, Step, u32); 40] = [
+const STEPS: [(&str, Step, u32); 41] = [
     ("edit", edit, 2),
     ("drag", drag, 0),
     ("fair", fair, 2),
@@ -1318,6 +1362,7 @@ const STEPS: [(&str, Step, u32); 40] = [
     ("match", matched, 3),
     ("offset", offset, 0),
     ("sweep", sweep, 0),
+    ("sew", sew, 0),
     ("symmetrize", symmetrize, 3),
 ];
 

@@ -3,7 +3,7 @@
 use loftsman_kernel::plugin::Registry;
 
 /// A name elsewhere, and the operation.
-const NAMES: [(&str, &str); 57] = [
+const NAMES: [(&str, &str); 59] = [
     ("append", "merge"),
     ("approximate", "fit"),
     ("array", "copy"),
@@ -35,6 +35,7 @@ const NAMES: [(&str, &str); 57] = [
     ("interpolate", "fit"),
     ("isoline", "isocurve"),
     ("isoparm", "isocurve"),
+    ("knit", "sew"),
     ("lathe", "revolve"),
     ("loftsrf", "loft"),
     ("makeface", "fill"),
@@ -55,6 +56,7 @@ const NAMES: [(&str, &str); 57] = [
     ("smooth", "fair"),
     ("solidify", "offset"),
     ("spin", "revolve"),
+    ("stitch", "sew"),
     ("subdivide", "refine"),
     ("sweep1", "sweep"),
     ("thicken", "offset"),
@@ -63,7 +65,7 @@ const NAMES: [(&str, &str); 57] = [
     ("triangulate", "tessellate"),
 ];
 
-const OF_SOLIDS: &str = "solids are read, edited, cut and written, but none is made of others, rounded or healed: that is for a CAD program, before or after";
+const OF_SOLIDS: &str = "solids are read, edited, cut, sewn of faces and written, but none is made of others or rounded, and no surface is mended: that is for a CAD program, before or after";
 const OF_MESHES: &str = "meshes are edited with the points and faces that they have: other ones are for Blender or MeshLab, before or after";
 const OF_LOOPS: &str =
     "trimmed surfaces keep the loops that they come with, or none (untrim); a curve is cut in two by split";
@@ -78,7 +80,7 @@ const OF_CAPS: &str =
     "loft and extrude close what they make by themselves; fill makes a face of a closed curve";
 
 /// What other programs do and no operation here, with what to do instead.
-const ABSENT: [(&str, &str); 45] = [
+const ABSENT: [(&str, &str); 44] = [
     ("bevel", OF_SOLIDS),
     ("boolean", OF_SOLIDS),
     ("booleandifference", OF_SOLIDS),
@@ -114,7 +116,6 @@ const ABSENT: [(&str, &str); 45] = [
     ("pullback", OF_PROJECTING),
     ("remesh", OF_MESHES),
     ("round", OF_SOLIDS),
-    ("sew", OF_SOLIDS),
     ("shell", OF_SOLIDS),
     ("subtract", OF_SOLIDS),
     ("taper", OF_CAGES),

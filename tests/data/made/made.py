@@ -1,11 +1,13 @@
 """Writes the STEP and IGES files beside it with OpenCASCADE."""
 
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Common as common
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge as edge
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace as face
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeWire as wire
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox as box
 from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism as prism
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeRevol as revolved
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere as sphere
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeTorus as torus
 from OCP.collections import Array1_gp_Pnt
 from OCP.Geom import (
@@ -74,6 +76,11 @@ writer = IGESControl_Writer("MM", 0)
 writer.AddShape(torus(5, 1).Shape())
 writer.ComputeModel()
 writer.Write("torus.igs")
+
+writer = IGESControl_Writer("MM", 0)
+writer.AddShape(common(sphere(2).Shape(), sphere(gp_Pnt(0, 2.2, 0.4), 1).Shape()).Shape())
+writer.ComputeModel()
+writer.Write("lens.igs")
 
 # An assembly whose occurrences have names and colours of their own.
 document = TDocStd_Document(text("made"))

@@ -1,6 +1,6 @@
 //! A face by itself: its edges are the curves around it.
 
-use loftsman_kernel::brep::{Brep, Edge, Face, Parts, Use, Vertex};
+use loftsman_kernel::brep::{Brep, CurveForm, Edge, Face, Parts, SurfaceForm, Use, Vertex};
 use loftsman_kernel::spline::{Curve, Surface};
 use loftsman_kernel::{Point, Vector};
 
@@ -12,6 +12,8 @@ use super::surface::Sheet;
 const SEAMS: usize = 64;
 /// At so many places of a boundary at most its distance from the surface is measured.
 const MEASURED: usize = 256;
+/// Placements of what is one differ by less in files, as directions.
+const ROUNDING: f64 = 1e-6;
 /// So many places of each curve say which way a loop turns.
 const PLACES: usize = 8;
 
@@ -121,7 +123,8 @@ impl<'a, 'r, 'f> OneFace<'a, 'r, 'f> {
                 points.push(edge.curve.point(t).at(self.place)?);
             }
         }
-        let covering = sheet.covering(&points, self.place)?;
+        let mut covering = sheet.covering(&points, self.place)?;
+        self.to_seams(&mut covering.form).at(self.place)?;
         self.tell_distance(&points, &covering.surface).at(self.place)?;
         let mut loops = Vec::new();
         for (mut chain, outer) in std::mem::take(&mut self.loops) {
@@ -164,6 +167,44 @@ impl<'a, 'r, 'f> OneFace<'a, 'r, 'f> {
             let off = self.reader.told(worst);
             self.reader
                 .change(self.place, &format!("its boundary is up to {off} off its surface: kept as it is"));
+        }
+        Ok(())
+    }
+
+    /// Turns what a surface is by rounding, so that it closes just where an edge runs there and back: a file has the placement of the one and of the other to
+    /// ten digits, and what is beside the seam by the last of them, programs take for a turn away.
+    fn to_seams(&self, form: &mut SurfaceForm) -> loftsman_kernel::Result<()> {
+        let is_sphere = matches!(form, SurfaceForm::Sphere { .. });
+        let (SurfaceForm::Cylinder { frame, .. }
+        | SurfaceForm::Cone { frame, .. }
+        | SurfaceForm::Sphere { frame, .. }
+        | SurfaceForm::Torus { frame, .. }) = form
+        else {
+            return Ok(());
+        };
+        let mut uses = vec![0; self.parts.edges.len()];
+        self.loops.iter().flat_map(|(chain, _)| chain).for_each(|one| uses[one.edge] += 1);
+        for (edge, _) in self.parts.edges.iter().zip(&uses).filter(|(_, uses)| **uses == 2) {
+            let mut axis = frame.z;
+            // A sphere is one about any axis: that in the plane of the circle, too.
+            if let (true, CurveForm::Circle { frame: circle, .. }) = (is_sphere, edge.form) {
+                axis = (axis - circle.z * circle.z.dot(&axis)).try_normalize(0.5).unwrap_or(axis);
+            }
+            let away = |point: &Point| {
+                let way = point - frame.origin;
+                way - axis * axis.dot(&way)
+            };
+            let [a, b, c] = quarters(&edge.curve, edge.range)?.map(|point| away(&point));
+            let Some(x) = b.try_normalize(0.0) else { continue };
+            let along = |way: &Vector| (way - x * x.dot(way)).norm() <= ROUNDING * way.norm();
+            if along(&a)
+                && along(&c)
+                && (x - frame.x).norm() <= ROUNDING
+                && (axis - frame.z).norm() <= ROUNDING
+            {
+                (frame.x, frame.z) = (x, axis);
+                return Ok(());
+            }
         }
         Ok(())
     }

@@ -335,7 +335,11 @@ fn laid(curve: &Curve, whole: &Whole) -> loftsman_kernel::Result<Option<Curve>> 
             return Some(Along::Even(factor, shift));
         }
         let ends = turns(k, pace)?;
-        Some(if steady(k, pace) { Along::Ends([ends[0]; 2]) } else { Along::Ends(ends) })
+        if steady(k, pace) {
+            return Some(Along::Ends([ends[0]; 2]));
+        }
+        // What comes back to where it starts is no line along an angle.
+        (ends[0] != ends[1]).then_some(Along::Ends(ends))
     };
     let (Some(along_u), Some(along_v)) = (pick(0, u), pick(1, v)) else { return Ok(None) };
     let value = |along: &Along, k: usize, p: &[f64; 2]| match along {
