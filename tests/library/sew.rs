@@ -301,7 +301,7 @@ fn objects_become_one_in_the_frame_of_the_first() {
         (json!({ "objects": ["side 0"], "tolerance": 100 }), "no tolerance"),
         (json!({ "objects": ["side 0"], "tolerance": 1e-18 }), "above rounding"),
         (json!({ "objects": ["side 0"], "tolerance": 1e-300 }), "above rounding"),
-        (json!({ "objects": ["nothing"] }), "nothing"),
+        (json!({ "objects": ["nothing"] }), "step[0].objects: "),
     ] {
         let mut scene = before.clone();
         let error = run(&mut scene, fields).unwrap_err();

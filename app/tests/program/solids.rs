@@ -359,4 +359,13 @@ fn a_spike_is_told() {
         step["warnings"].to_string().contains("times as far as the furthest place that was asked about");
     let deviation = step["objects"][0]["deviation"].as_f64().unwrap();
     assert!(deviation < 3.0 || told, "{deviation}: {step:#}");
+    // What a kept place moves by is rounding: a volume that is asked for moves the rest as far as it needs.
+    let recipe = format!(
+        "input = {:?}\noutput = \"out.step\"\n[[step]]\nop = \"edit\"\nobject = \"Document\"\n\
+         constraints = [{{ kind = \"position\", at = {{ closest = [31.5, 3.0, 0.1] }}, keep = true }}, {{ kind = \"volume\", scale = 1.001 }}]\n",
+        data("NIST_MBE_PMI_11.stp")
+    );
+    std::fs::write(folder.path().join("edit.toml"), recipe).unwrap();
+    let found = LOFTSMAN.json(folder.path(), &["run", "edit.toml"]);
+    assert!(!found["steps"][0]["warnings"].to_string().contains("times as far"), "{:#}", found["steps"][0]);
 }

@@ -9,11 +9,13 @@ use loftsman_kernel::text::figure;
 
 /// Something moved much further than what was asked where it did so by more than this.
 const MUCH: f64 = 3.0;
+/// A place that moved by less than this part of the size was kept.
+const KEPT: f64 = 1e-9;
 /// Steps of a grid over each face's domain.
 const STEPS: usize = 24;
 
 /// The warning that a place of a face moved more than three times as far as any place that was asked about: how far, where, and what to do. Displacements are
-/// those of equal parameters, at the places of a grid of 25 × 25 on each face that moved which its loops leave. `None` where nothing did, or no place was asked about.
+/// those of equal parameters, at the places of a grid of 25 × 25 on each face that moved which its loops leave. `None` where nothing did, or no place was asked to move.
 pub(crate) fn far_beyond(
     before: &Brep,
     after: &Brep,
@@ -30,7 +32,10 @@ pub(crate) fn far_beyond(
         Some((place(after)? - place(before)?).norm())
     };
     let asked = asked.iter().filter_map(way).fold(0.0, f64::max);
-    if asked <= 0.0 {
+    // Places that are kept are moved by rounding, where it is a volume that is asked for.
+    let vertices = before.control_vertices();
+    let size = vertices.iter().map(|p| (p - vertices[0]).amax()).fold(0.0, f64::max);
+    if asked <= KEPT * size {
         return None;
     }
     let mut most: (f64, usize, Point) = (MUCH * asked, 0, Point::origin());

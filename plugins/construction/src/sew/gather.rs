@@ -197,7 +197,6 @@ fn uses(parts: &mut Parts, pieces: Vec<Piece>, near: f64) -> Result<Vec<Use>> {
 
 /// The largest side of the box around a curve's control vertices.
 pub(super) fn extent(curve: &Curve) -> f64 {
-    let first = curve.points().first().copied().unwrap_or_default();
-    let (low, high) = curve.points().iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
+    let (low, high) = curve.hull_bounds();
     (high - low).amax()
 }

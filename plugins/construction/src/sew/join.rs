@@ -136,9 +136,7 @@ fn cut_edges(parts: &mut Parts, near: f64, joined: &mut Joined) -> Result<()> {
     for &edge in &open {
         let curve = segment(&parts.edges[edge])?;
         let ends = parts.edges[edge].ends;
-        let first = curve.points().first().copied().unwrap_or_default();
-        let (low, high) =
-            curve.points().iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
+        let (low, high) = curve.hull_bounds();
         let inside = |p: &Point| (0..3).all(|k| p[k] >= low[k] - near && p[k] <= high[k] + near);
         let start = vertices.partition_point(|&vertex| place(vertex).x < low.x - near);
         let mut found: Vec<Cut> = Vec::new();
@@ -242,13 +240,12 @@ fn pair_edges(parts: &mut Parts, near: f64, joined: &mut Joined) -> Result<()> {
     let mut into: HashMap<usize, (usize, bool)> = HashMap::new();
     for edges in between.values().filter(|edges| edges.len() > 1) {
         let curves = edges.iter().map(|&edge| segment(&parts.edges[edge])).collect::<Result<Vec<_>>>()?;
-        let boxes: Vec<[Point; 2]> = curves.iter().map(around).collect();
+        let boxes: Vec<(Point, Point)> = curves.iter().map(Curve::hull_bounds).collect();
         let mut pairs = Vec::new();
         for (i, a) in curves.iter().enumerate() {
             for (j, b) in curves.iter().enumerate().skip(i + 1) {
-                let apart = |k: usize| {
-                    boxes[i][0][k] > boxes[j][1][k] + near || boxes[j][0][k] > boxes[i][1][k] + near
-                };
+                let apart =
+                    |k: usize| boxes[i].0[k] > boxes[j].1[k] + near || boxes[j].0[k] > boxes[i].1[k] + near;
                 if (0..3).any(apart) {
                     continue;
                 }
@@ -291,11 +288,6 @@ fn pair_edges(parts: &mut Parts, near: f64, joined: &mut Joined) -> Result<()> {
         }
     }
     Ok(())
-}
-
-fn around(curve: &Curve) -> [Point; 2] {
-    let first = curve.points().first().copied().unwrap_or_default();
-    curve.points().iter().fold([first; 2], |[low, high], p| [low.inf(p), high.sup(p)])
 }
 
 /// How far the places of a curve are from another at most; `None` where that is more than the tolerance.

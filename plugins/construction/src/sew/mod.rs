@@ -128,30 +128,34 @@ fn close(
 ) -> Result<usize> {
     let open = Brep::new(parts.clone())?;
     let closes = |group: &Group| group.closed && group.sided && open.is_closed(&group.faces);
-    let closed: Vec<usize> = (0..groups.len()).filter(|&shell| closes(&groups[shell])).collect();
-    if closed.is_empty() {
+    let closed = groups.iter().filter(|group| closes(group)).count();
+    if closed == 0 {
         return Ok(0);
     }
     let mut found = None;
     for chord in CHORDS {
-        let cut = tessellator.measured_brep(&open, &Fineness { chord: Chord::Relative(chord), angle: 0.5 });
-        let is_whole = cut.as_ref().is_ok_and(|cut| cut.left_out.is_empty());
-        found = Some(cut);
-        if is_whole {
-            break;
+        let fineness = Fineness { chord: Chord::Relative(chord), angle: 0.5 };
+        if let Ok(cut) = tessellator.measured_brep(&open, &fineness) {
+            let is_whole = cut.left_out.is_empty();
+            found = Some(cut);
+            if is_whole {
+                break;
+            }
         }
     }
-    let Some(Ok(cut)) = found else { return Ok(closed.len()) };
-    let mut hulls = Vec::with_capacity(closed.len());
-    for &shell in &closed {
-        let faces = &groups[shell].faces;
-        let of = |face: usize| faces.binary_search(&face).is_ok();
-        let is_whole = cut.left_out.iter().all(|(face, _)| !of(*face));
-        let hull = Hull::new(&cut.mesh, &cut.faces, of);
-        if is_whole && hull.volume != 0.0 {
-            hulls.push((shell, hull));
-        }
+    let Some(cut) = found else { return Ok(closed) };
+    let mut shell_of = vec![0; parts.faces.len()];
+    for (shell, group) in groups.iter().enumerate() {
+        group.faces.iter().for_each(|&face| shell_of[face] = shell);
     }
+    let mut is_whole = vec![true; groups.len()];
+    cut.left_out.iter().for_each(|(face, _)| is_whole[shell_of[*face]] = false);
+    let all = Hull::all(&cut.mesh, &cut.faces, groups.len(), |face| shell_of[face]);
+    let hulls: Vec<(usize, Hull)> = all
+        .into_iter()
+        .enumerate()
+        .filter(|(shell, hull)| closes(&groups[*shell]) && is_whole[*shell] && hull.volume != 0.0)
+        .collect();
     // Those that each lies within, from the one around it on: as they are nested, the more the deeper.
     let around: Vec<Vec<usize>> = hulls
         .iter()
@@ -182,7 +186,7 @@ fn close(
             parts.solids[*solid].voids.push(*shell);
         }
     }
-    Ok(closed.len() - hulls.len())
+    Ok(closed - hulls.len())
 }
 
 /// The least distance between the ends of two open edges that ends are apart, where it is more than the tolerance. `O(open²)`.

@@ -18,14 +18,22 @@ pub(super) struct Hull {
 }
 
 impl Hull {
-    /// Those of some faces in a mesh whose triangles say which face they are of.
-    pub(super) fn new(mesh: &Mesh, faces: &[usize], of: impl Fn(usize) -> bool) -> Self {
+    /// Those of the triangles of each shell, where a mesh says which face a triangle is of, and `shell` in which of `count` that is. `O(triangles)`.
+    pub(super) fn all(
+        mesh: &Mesh,
+        faces: &[usize],
+        count: usize,
+        shell: impl Fn(usize) -> usize,
+    ) -> Vec<Self> {
         let point = |k: u32| mesh.points()[k as usize];
-        let all = mesh.corners().chunks_exact(3).zip(faces);
-        let triangles: Vec<[Point; 3]> = all
-            .filter(|(_, face)| of(**face))
-            .map(|(t, _)| [point(t[0]), point(t[1]), point(t[2])])
-            .collect();
+        let mut lists = vec![Vec::new(); count];
+        for (t, &face) in mesh.corners().chunks_exact(3).zip(faces) {
+            lists[shell(face)].push([point(t[0]), point(t[1]), point(t[2])]);
+        }
+        lists.into_iter().map(Self::new).collect()
+    }
+
+    fn new(triangles: Vec<[Point; 3]>) -> Self {
         let first = triangles.first().map(|t| t[0]).unwrap_or_default();
         let points = || triangles.iter().flatten();
         let low = points().fold(first, |low, p| low.inf(p));

@@ -58,6 +58,9 @@ impl Operation for Sew {
         let Some(first) = names.first() else {
             return Err(p.error("objects", "is empty: name what is to be sewn").into());
         };
+        for name in &names {
+            scene.object(name).map_err(|e| p.error("objects", e.to_string()))?;
+        }
         // Where all stand alike and as large as they are what is made stands there too, else in the scene by itself.
         let standing = scene.standing(first)?;
         let mut alike = !standing.changes_size();
@@ -185,7 +188,7 @@ fn placed(
 ) -> Result<Vec<Geometry>, OperationError> {
     let mut all = Vec::with_capacity(names.len());
     for name in names {
-        let geometry = scene.object(name).map_err(|e| p.error("objects", e.to_string()))?.geometry();
+        let geometry = scene.object(name)?.geometry();
         match geometry {
             Geometry::Brep(brep) if !brep.solids().is_empty() => {
                 let problem = format!("\"{name}\" is a solid already, and nothing of it open: leave it out");
