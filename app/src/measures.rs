@@ -47,6 +47,9 @@ pub struct Measures {
 
 /// The most polynomial pieces of a surface whose area and volume are integrated where each has to be asked for rows.
 const CELLS: usize = 4096;
+/// The most of a Brep that was edited. A face that goes along with its neighbours is given knots: some five thousand pieces are usual, and triangles tell the
+/// volume to a few 10⁻⁴ only.
+const EDITED: usize = 1 << 16;
 /// The most where the surface says its pieces as they are: of irregular triangles, each face unlike the others, half a minute of processor time.
 const NETS: usize = 1 << 20;
 /// The most spans of a curve whose area is integrated.
@@ -79,7 +82,7 @@ impl Measures {
     pub(crate) fn by_quadrature(geometry: &Geometry) -> Self {
         match geometry {
             Geometry::Brep(brep) if brep.face_count() > 0 => {
-                let mut found = measured(brep, Cells::count(brep));
+                let mut found = measured_to(brep, Cells::count(brep), EDITED);
                 if brep.solids().is_empty() {
                     found.volume = None;
                 }
@@ -153,9 +156,14 @@ fn of_shape(shape: &dyn Shape) -> Measures {
 
 /// The area of a surface of so many pieces, or why it is not told, and the volume inside where it is closed.
 fn measured(surface: &dyn Shape, cells: usize) -> Measures {
+    measured_to(surface, cells, CELLS)
+}
+
+/// The same, integrated up to so many pieces where each has to be asked for rows.
+fn measured_to(surface: &dyn Shape, cells: usize, most: usize) -> Measures {
     let says_nets =
         surface.cells().is_some_and(|own| own.nets(0..0, &Point::origin(), &mut |_| {}).is_some());
-    let most = if says_nets { NETS } else { CELLS };
+    let most = if says_nets { NETS } else { most };
     if cells > most {
         let fewer = if says_nets { "; with a smaller \"depth\" there are fewer" } else { "" };
         let why = format!(

@@ -343,6 +343,23 @@ fn neighbours_that_may_move_refuse_nothing() {
     }
 }
 
+/// A face that goes along with its neighbours gets some five thousand pieces. It is pulled out, so that the solid grows; OpenCASCADE finds it 1.16e-5 larger,
+/// and its triangles were 2e-4 smaller.
+#[test]
+fn the_volume_of_an_edited_face_of_many_pieces_is_integrated() {
+    let folder = tempfile::tempdir().unwrap();
+    let recipe = format!(
+        "input = {:?}\noutput = \"out.step\"\n[[step]]\nop = \"edit\"\nobject = \"Document\"\nneighbours = 1\n\
+         constraints = [{{ kind = \"position\", at = {{ closest = [7.07, -7.07, 5.0] }}, by = [0.02, -0.02, 0.02] }}]\n",
+        data("sliced_cylinder.step")
+    );
+    std::fs::write(folder.path().join("edit.toml"), recipe).unwrap();
+    let found = LOFTSMAN.json(folder.path(), &["run", "edit.toml"]);
+    let volume = &found["steps"][0]["objects"][0]["volume"];
+    let change = volume["after"].as_f64().unwrap() / volume["before"].as_f64().unwrap() - 1.0;
+    assert!(change > 1e-5 && change < 1.3e-5, "{change:e}");
+}
+
 /// Where something moves much further than what was asked it is told.
 #[test]
 fn a_spike_is_told() {
