@@ -87,6 +87,31 @@ fn opencascade_finds_balls_without_edges() {
     }
 }
 
+/// A whole sphere whose seam lies a rounding error to one side of its frame, and a torus: in STEP both uses of a seam are told apart, or OpenCASCADE finds no
+/// area (of the sphere, seen).
+#[cfg(feature = "step")]
+#[test]
+fn opencascade_finds_whole_spheres_and_tori_in_step() {
+    use std::f64::consts::PI;
+    let work = tempfile::tempdir().unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/made");
+    let cases = [("ball", 4.0 * PI * 2.196575395_f64.powi(2)), ("torus", 4.0 * PI * PI * 5.0)];
+    let mut files = Vec::new();
+    for (name, _) in cases {
+        let (from, to) =
+            (data.join(name).with_extension("igs"), work.path().join(name).with_extension("step"));
+        LOFTSMAN.done(work.path(), &["convert", &from.to_string_lossy(), &to.to_string_lossy()]);
+        assert!(std::fs::read_to_string(&to).unwrap().contains("=SEAM_CURVE("), "{name}");
+        files.push(to);
+    }
+    for ((name, exact), found) in cases.iter().zip(Oracle::OpenCascade.ask(&files, &[]).into_iter().flatten())
+    {
+        assert_eq!(at(&found, "valid"), true, "{name}");
+        let area = number(&found, "area");
+        assert!((area / exact - 1.0).abs() < 1e-6, "{name}: {area}, {exact}");
+    }
+}
+
 /// Instances beside solids in groups that are placed: the reader of plain shapes and the one of assemblies find each solid once, where it is.
 #[cfg(feature = "step")]
 #[test]

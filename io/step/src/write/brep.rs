@@ -24,7 +24,9 @@ pub(crate) struct Written {
 pub(super) struct Sheet {
     pub(super) number: u64,
     /// Whether its normal in the file is that of the spline.
-    same: bool,
+    pub(super) same: bool,
+    /// Whether it is written as a plane, cylinder, cone, sphere or torus.
+    pub(super) elementary: bool,
     /// What was written, where that is a spline.
     pub(super) spline: Option<Surface>,
 }
@@ -216,15 +218,15 @@ impl Printer {
     /// A surface as what it is.
     fn sheet(&mut self, surface: Surface, form: &SurfaceForm) -> Result<Sheet> {
         if let Some((number, same)) = self.swept(&surface, form)? {
-            return Ok(Sheet { number, same, spline: None });
+            return Ok(Sheet { number, same, elementary: false, spline: None });
         }
         let same = same_side(&surface, form)?;
         let written = same.and_then(|_| self.elementary(form));
         match (written, same) {
-            (Some(number), Some(same)) => Ok(Sheet { number, same, spline: None }),
+            (Some(number), Some(same)) => Ok(Sheet { number, same, elementary: true, spline: None }),
             _ => {
                 let plain = surface.clamped()?.into_owned();
-                Ok(Sheet { number: self.surface(&plain), same: true, spline: Some(plain) })
+                Ok(Sheet { number: self.surface(&plain), same: true, elementary: false, spline: Some(plain) })
             }
         }
     }

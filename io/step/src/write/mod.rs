@@ -8,6 +8,7 @@ mod item;
 mod occurrence;
 mod parameters;
 mod print;
+mod seam;
 mod spline;
 mod style;
 mod swept;

@@ -1,7 +1,8 @@
 //! Parameter curves of edges: what they are in the parameters of B-spline surfaces.
 //!
 //! The schema wants them at the pace of the curve in space, and on the very surface that is written. Planes, cylinders and their like have other
-//! parameters in the file than their splines have: there readers compute them, as they do where none is written.
+//! parameters in the file than their splines have: there readers compute them, as they do where none is written; but for the seams
+//! of a face that has no other edges.
 
 use std::f64::consts::TAU;
 
@@ -12,6 +13,7 @@ use loftsman_kernel::{Point, Result};
 
 use super::brep::Sheet;
 use super::print::{Printer, list, real, references};
+use super::seam::Seam;
 
 /// Places in each span of an edge and of its parameter curve at which their pace is compared.
 const EACH: usize = 5;
@@ -65,7 +67,7 @@ impl Pace {
     }
 
     /// The point of the written curve at a share of the way, of which `own` is the spline.
-    fn point(&self, own: &Curve, share: f64) -> Result<Point> {
+    pub(super) fn point(&self, own: &Curve, share: f64) -> Result<Point> {
         let Some((frame, [a, b])) = self.round else {
             let (from, to) = own.domain();
             return own.point(if share >= 1.0 { to } else { from + (to - from) * share });
@@ -89,7 +91,22 @@ impl Printer {
     ) -> Result<u64> {
         let Some(own) = brep.edge(edge) else { return Ok(curve) };
         let mut found: Vec<(UsePlace, bool, u64)> = Vec::new();
-        for one in brep.uses(edge) {
+        let uses = brep.uses(edge);
+        if let [a, b] = uses
+            && a.face == b.face
+            && let Some(sheet) = sheets.get(a.face).filter(|sheet| sheet.elementary)
+            && only_seams(brep, a.face)
+        {
+            let form = brep.surface_form(a.face);
+            let Some(seam) = Seam::of(&form, &own, pace)? else { return Ok(curve) };
+            for one in uses {
+                let held = brep.loops(one.face).get(one.chain).and_then(|chain| chain.get(one.number));
+                let Some(held) = held else { continue };
+                let side = (held.reversed, brep.is_reversed(one.face) != sheet.same);
+                found.push((*one, held.reversed, self.seam(&seam, sheet.number, side)));
+            }
+        }
+        for one in uses {
             let held = brep.loops(one.face).get(one.chain).and_then(|chain| chain.get(one.number));
             let sheet = sheets.get(one.face).and_then(|sheet| Some((sheet.number, sheet.spline.as_ref()?)));
             let (Some(held), Some((number, surface))) = (held, sheet) else { continue };
@@ -120,6 +137,11 @@ impl Printer {
     /// A clamped curve in the parameters of a surface.
     pub(super) fn parameter_curve(&mut self, curve: &Curve, surface: u64) -> u64 {
         let planar = self.planar(curve);
+        self.in_parameters(planar, surface)
+    }
+
+    /// What was written in two coordinates as a curve in the parameters of a surface.
+    pub(super) fn in_parameters(&mut self, planar: u64, surface: u64) -> u64 {
         let context = self.parameter_plane();
         let representation = self.put(&format!("DEFINITIONAL_REPRESENTATION('',(#{planar}),#{context})"));
         self.put(&format!("PCURVE('',#{surface},#{representation})"))
@@ -145,6 +167,12 @@ impl Printer {
             .collect();
         self.curve_of(curve, &references(&points))
     }
+}
+
+/// Whether a face ends nowhere: each of its edges is used by it twice.
+fn only_seams(brep: &Brep, face: usize) -> bool {
+    let twice = |edge: usize| matches!(brep.uses(edge), [a, b] if a.face == face && b.face == face);
+    brep.loops(face).iter().flatten().all(|one| twice(one.edge))
 }
 
 /// A parameter curve as it is written: over `pace`, from the edge's start to its end. `None` where it is not the edge at that pace.
