@@ -14,6 +14,7 @@ use crate::ends::matched;
 use crate::error::{FineTuneError, Result};
 use crate::exact::{Asked, solve};
 use crate::local::{Host, part};
+use crate::measure::inexact;
 use crate::operator::Tuning;
 
 /// What the ends of a tuned curve do.
@@ -278,6 +279,9 @@ impl FineTune {
         };
         if self.ends != Ends::Exact {
             report.alpha = extremes(&tuned_alpha)?;
+        }
+        if matches!(self.ends, Ends::Exact | Ends::Free) {
+            report.notes.extend(inexact(&curve, &derivative, &tuned_alpha)?);
         }
         Ok(Tuned { curve, alpha: tuned_alpha, report })
     }

@@ -240,3 +240,57 @@ fn steps_between_kept_ends() {
         }
     }
 }
+
+/// Products of high degree with knots within lose digits: where `D'` is not `α C'` to 1e-10 that is told, and of usual degrees it always is.
+#[test]
+fn digits_that_high_degrees_lose_are_told() {
+    let (mut told, mut silent) = (0, 0);
+    for degree in [3, 5, 7, 9, 11, 13, 16, 19, 22, 24] {
+        for inner in [0_usize, 3, 8] {
+            for floating in [false, true] {
+                let mut knots: Vec<f64> = (0..=inner + 1).map(|k| k as f64).collect();
+                let before = |k: usize| if floating { -((degree - k) as f64) } else { 0.0 };
+                let mut all: Vec<f64> = (0..degree).map(before).collect();
+                all.append(&mut knots);
+                let end = (inner + 1) as f64;
+                all.extend((1..=degree).map(|k| if floating { end + k as f64 } else { end }));
+                let n = all.len() - degree - 1;
+                let helix = |k: usize| {
+                    let (sin, cos) = (0.7 * k as f64).sin_cos();
+                    Point::new(cos, sin, 0.3 * k as f64)
+                };
+                let curve =
+                    Curve::new(Space::open(degree, all).unwrap(), (0..n).map(helix).collect()).unwrap();
+                let (a, b) = curve.domain();
+                let middle = a + 0.37 * (b - a);
+                let steps = Space::open(1, vec![a, a, middle, middle, b, b]).unwrap();
+                let alpha = Function::new(steps, vec![1.0, 1.0, 2.0, 2.0]).unwrap();
+                let tuned = FineTune::new(&curve, alpha.clone()).ends(Ends::Free).solve().unwrap();
+                let (mut off, mut size) = (0.0_f64, 0.0_f64);
+                for k in 0..997 {
+                    let t = a + (b - a) * (k as f64 + 0.31) / 997.0;
+                    let wanted = curve.derivative(t, 1).unwrap() * alpha.value(t).unwrap();
+                    off = off.max((tuned.curve().derivative(t, 1).unwrap() - wanted).norm());
+                    size = size.max(wanted.norm());
+                }
+                let notes = &tuned.report().notes;
+                let is_told = notes.iter().any(|note| note.contains("lose digits"));
+                assert!(
+                    is_told || off < 1.5e-10 * size,
+                    "{degree} {inner} {floating}: {:e} untold",
+                    off / size
+                );
+                assert!(
+                    !is_told || off > 0.3e-10 * size,
+                    "{degree} {inner} {floating}: {:e} told",
+                    off / size
+                );
+                if degree <= 9 {
+                    assert!(off < 1e-11 * size, "{degree} {inner} {floating}: {:e}", off / size);
+                }
+                if is_told { told += 1 } else { silent += 1 }
+            }
+        }
+    }
+    assert!(told >= 12 && silent >= 30, "{told} told, {silent} silent");
+}
