@@ -2,7 +2,10 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests")]
 
 use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Metric, Wanted};
-use loftsman_kernel::functional::{curvature, derivative, magnitude, orthogonal, position, tangent, vertex};
+use loftsman_kernel::functional::{
+    Functional, Linearity, Rows, Shapes, curvature, derivative, magnitude, orthogonal, position, tangent,
+    vertex,
+};
 use loftsman_kernel::shape::Shape;
 use loftsman_kernel::solve::{
     Adjoint, Automatic, DenseLu, HouseholderQr, SaddlePoint, SolveError, Solver, Sparse,
@@ -42,12 +45,11 @@ fn constraint(value: &Value) -> Constraint {
     let at = value["at"].as_f64().unwrap();
     let order = value.get("order").map_or(0, |o| o.as_u64().unwrap() as usize);
     let vector = |v: &Value| Vector::from_vec(numbers(v));
-    let functional: std::sync::Arc<dyn loftsman_kernel::functional::Functional> =
-        match value["kind"].as_str().unwrap() {
-            "position" => std::sync::Arc::new(position(at)),
-            "derivative" => std::sync::Arc::new(derivative(at, order)),
-            other => panic!("unknown kind {other}"),
-        };
+    let functional: std::sync::Arc<dyn Functional> = match value["kind"].as_str().unwrap() {
+        "position" => std::sync::Arc::new(position(at)),
+        "derivative" => std::sync::Arc::new(derivative(at, order)),
+        other => panic!("unknown kind {other}"),
+    };
     let wanted = if let Some(to) = value.get("to") {
         Wanted::To(vector(to).into())
     } else if let Some(by) = value.get("by") {
@@ -537,4 +539,50 @@ fn an_edit_stays_within_its_interval() {
         );
     }
     assert!(Edit::new(&curve).within(4.0, 4.0).ask(position(4.0).by([0.0, 0.5, 0.0])).solve().is_err());
+}
+
+/// The middle of two vertices, a vector whose coordinates are three equations of their own.
+#[derive(Debug)]
+struct Middle(usize, usize);
+
+impl Functional for Middle {
+    fn equations(&self) -> usize {
+        3
+    }
+
+    fn linearity(&self) -> Linearity {
+        Linearity::Linear
+    }
+
+    fn rows(&self, _: &Shapes<'_>, rows: &mut Rows<'_>) -> loftsman_kernel::error::Result<()> {
+        for way in [Vector::x(), Vector::y(), Vector::z()] {
+            rows.equation().term(0, self.0, 0.5 * way).term(0, self.1, 0.5 * way);
+        }
+        Ok(())
+    }
+
+    fn describe(&self) -> String {
+        format!("the middle of {} and {}", self.0, self.1)
+    }
+
+    fn is_vector(&self) -> bool {
+        true
+    }
+}
+
+#[test]
+fn one_axis_of_a_vector_of_three_equations() {
+    let curve = twelve();
+    for solver in solvers() {
+        for axis in [Axis::X, Axis::Y, Axis::Z] {
+            let edit = Edit::new(&curve).ask(Middle(4, 7).axis(axis).by(0.3));
+            let edited = edit.solve_with(std::sync::Arc::clone(&solver)).unwrap();
+            for (k, (p, q)) in curve.points().iter().zip(edited.shape().points()).enumerate() {
+                for other in 0..3 {
+                    let wanted = if other == axis as usize && (k == 4 || k == 7) { 0.3 } else { 0.0 };
+                    assert!((q[other] - p[other] - wanted).abs() < 1e-12, "{axis:?} {k} {other}: {p} {q}");
+                }
+            }
+        }
+    }
 }

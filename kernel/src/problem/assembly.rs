@@ -201,6 +201,7 @@ impl Assembly {
                         }
                         equation += 3;
                     }
+                    Equation::Coupled { .. } if !constraint.asks(equation as usize) => equation += 1,
                     Equation::Coupled { vertices, vectors, .. } => {
                         let row = rows.len() as u32;
                         rows.push(

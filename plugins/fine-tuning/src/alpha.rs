@@ -5,7 +5,6 @@ use std::borrow::Cow;
 use loftsman_kernel::error::MAX_DEGREE;
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::spline::{Curve, Space};
-use loftsman_kernel::text::short;
 use loftsman_kernel::{Point, Vector};
 
 use crate::error::{FineTuneError, Result};
@@ -92,22 +91,6 @@ pub(crate) fn check_degree(derivative: &Space, alpha: &Space) -> Result<()> {
         Err(FineTuneError::Degree { derivative, alpha })
     } else {
         Ok(())
-    }
-}
-
-/// Refuses α whose values are not all positive: those are as good as α itself only where they are fine enough, so that what is
-/// refused may touch zero without crossing it.
-pub(crate) fn check_positive(alpha: &Function<f64>) -> Result<()> {
-    let least = alpha.coefficients().iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
-    match least {
-        Some((index, value)) if *value <= 0.0 => {
-            let near = alpha.space().greville(index);
-            Err(FineTuneError::NotPositive {
-                value: *value,
-                at: format!("value {index}, near {}", short(near)),
-            })
-        }
-        _ => Ok(()),
     }
 }
 

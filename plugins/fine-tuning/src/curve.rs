@@ -9,13 +9,18 @@ use loftsman_kernel::spline::Curve;
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::{Point, Vector};
 
-use crate::alpha::{check_degree, check_positive, clamped, derivative, extremes, polynomial, restricted};
+use crate::alpha::{check_degree, clamped, derivative, extremes, polynomial, restricted};
 use crate::ends::matched;
 use crate::error::{FineTuneError, Result};
 use crate::exact::{Asked, solve};
+use crate::lift::Alpha;
 use crate::local::{Host, part};
 use crate::measure::inexact;
 use crate::operator::Tuning;
+use crate::positive::check_positive;
+
+/// The gap of a closed curve that was tuned with its end let go, as a part of its size, up to which it closes: rounding.
+const CLOSES: f64 = 1e-12;
 
 /// What the ends of a tuned curve do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
@@ -24,7 +29,7 @@ pub enum Ends {
     /// (in `∫ (Δα)²`): `κ_D = κ/α` holds everywhere, for the α that is reported.
     #[default]
     Exact,
-    /// The start stays, the end goes where it goes (paper 5, equation 1).
+    /// The start stays, the end goes where it goes (paper 5, equation 1). A closed curve that closes all the same stays closed.
     Free,
     /// Both stay: the whole is turned by the least angle, and scaled (paper 5, §2.1): `κ_D = κ / (α · scale)`.
     Position,
@@ -186,7 +191,7 @@ impl FineTune {
     /// freedom.
     pub fn solve(&self) -> Result<Tuned> {
         if !self.any_sign {
-            check_positive(&self.alpha)?;
+            check_positive(&Alpha::Line(self.alpha.clone()))?;
         }
         if self.ends != Ends::Exact && !(self.through.is_empty() && self.constraints.is_empty()) {
             return Err(FineTuneError::Contradiction(
@@ -262,7 +267,13 @@ impl FineTune {
                 report.alpha = found.values;
                 (closed(found.curve, given, &derivative, &found.alpha)?, found.alpha)
             }
-            Ends::Free => (free()?, alpha.clone()),
+            Ends::Free => {
+                let open = free()?;
+                let (a, b) = open.domain();
+                let size = open.points().iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+                let closes = (open.point(b)? - open.point(a)?).norm() <= CLOSES * size;
+                (if closes { closed(open, given, &derivative, alpha)? } else { open }, alpha.clone())
+            }
             Ends::Position | Ends::Tangent | Ends::Curvature => {
                 let fixed = match self.ends {
                     Ends::Position => 1,
@@ -320,7 +331,7 @@ fn closed(
         return Ok(integrand.closed_integral(start.coords)?.into_curve()?);
     }
     let size = curve.points().iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
-    Ok(curve.to_periodic(1e-12 * size)?.shape)
+    Ok(curve.to_periodic(CLOSES * size)?.shape)
 }
 
 impl Tuned {

@@ -3,10 +3,10 @@
 use loftsman_kernel::text::short;
 use std::sync::Arc;
 
-use loftsman_kernel::edit::{Ask, Axis, Edit, Report, Unknowns};
-use loftsman_kernel::functional::vertex;
-use loftsman_kernel::shape::{Derivative, Domain, Interval, Location, Shape, Stencil};
-use loftsman_kernel::solve::{Solver, SparseRows};
+use loftsman_kernel::edit::{Ask, Axis, Edit, EditError, Report, Unknowns};
+use loftsman_kernel::functional::{linear, vertex};
+use loftsman_kernel::shape::{Derivative, Domain, Interval, Location, Shape, Side, Stencil};
+use loftsman_kernel::solve::{SolveError, Solver, SparseRows};
 use loftsman_kernel::spline::Direction;
 use loftsman_kernel::spline::algebra::{Field, Function};
 use loftsman_kernel::{Point, Vector};
@@ -16,7 +16,11 @@ use crate::exact::LEAST;
 use crate::lift::Alpha;
 use crate::lines::derivative_u;
 use crate::measure::mass;
+use crate::positive::{Place, bounded, told};
 use crate::surface::Pin;
+
+/// What a bound of α is called.
+const POSITIVE: &str = "alpha is positive";
 
 /// How the edges are to stay.
 pub(crate) struct Edges<'a> {
@@ -53,7 +57,8 @@ impl Edges<'_> {
         let free: Vec<usize> = (0..height * width).filter(|k| !fixed(*k)).collect();
         let mut start = alpha.values().to_vec();
         (0..start.len()).filter(|k| fixed(*k)).for_each(|k| start[k] = 1.0);
-        let pins = self.pins.iter().map(|pin| Ok((alpha.row(self.facing(pin))?, pin.value)));
+        let pins =
+            self.pins.iter().map(|pin| Ok((alpha.row((self.facing(pin), [Side::Right; 2]))?, pin.value)));
         let equations = Equations { pins: pins.collect::<Result<_>>()?, ..Equations::new(given, &alpha)? };
         let is_one = |values: &[f64]| values.iter().all(|c| (c - 1.0).abs() <= 1e-9);
         let nothing = |values: &[f64]| self.pins.is_empty() && is_one(values) && !is_one(alpha.values());
@@ -72,19 +77,21 @@ impl Edges<'_> {
         }
         let problem =
             Problem { equations: &equations, start: &start, free: &free, alpha: &alpha, edges: self };
-        let (mut values, mut report) = problem.solve(None)?;
+        let (mut values, mut report) = problem.solve(&[])?;
         if nothing(&values) {
             return Err(refused(report.rank));
         }
-        if !self.any_sign && alpha.with(values.clone())?.extremes()?[0] <= 0.0 {
+        let [least, most] = alpha.with(values.clone())?.extremes()?;
+        if !self.any_sign && least <= 0.0 {
             let bound = LEAST * alpha.extremes()?[0].clamp(0.0, 1.0);
-            (values, report) = problem.solve(Some(bound))?;
-            let held = free.iter().filter(|k| values[**k] <= bound * (1.0 + 1e-9)).count();
-            report.active =
-                vec![format!("{held} of {} values of alpha ≥ {bound}", values.len(), bound = short(bound))];
-            report.notes.push(format!(
-                "without a bound alpha would not be positive: {held} of its values are kept at {bound}, where the curvature grows by its \
-                 reciprocal; ask for an alpha nearer to what the edges allow", bound = short(bound)));
+            let none = || FineTuneError::NoPositive { least, most, bound };
+            (values, report) = problem.bounded(&values, bound).map_err(|error| match error {
+                FineTuneError::Edit(EditError::Solve(SolveError::Conflict { .. })) => none(),
+                other => other,
+            })?;
+            if alpha.with(values.clone())?.extremes()?[0] <= 0.0 {
+                return Err(none());
+            }
         }
         Ok((alpha.with(values)?, Some(report)))
     }
@@ -169,7 +176,22 @@ struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    fn solve(&self, bound: Option<f64>) -> Result<(Vec<f64>, Report)> {
+    /// The same with α at least `bound` everywhere, where it is not so in the first answer.
+    fn bounded(&self, first: &[f64], bound: f64) -> Result<(Vec<f64>, Report)> {
+        let first = self.alpha.with(first.to_vec())?;
+        let solve = |held: &[Place]| {
+            let rows = held.iter().map(|place| Ok((first.row(*place)?, bound)));
+            self.solve(&rows.collect::<Result<Vec<_>>>()?)
+        };
+        let (values, mut report) = bounded(&first, bound, solve, |(values, _)| values.clone())?;
+        report.constraints.retain(|one| one.name != POSITIVE);
+        report.active = vec![format!("alpha ≥ {}", short(bound))];
+        report.notes.push(told(&first.with(values.clone())?, bound, "edges")?);
+        Ok((values, report))
+    }
+
+    /// The least change that makes the equations true, and sums of α's values at least so large.
+    fn solve(&self, bounds: &[(Vec<(usize, f64)>, f64)]) -> Result<(Vec<f64>, Report)> {
         let mut number = vec![None; self.start.len()];
         self.free.iter().enumerate().for_each(|(x, k)| number[*k] = Some(x));
         let count = self.equations.rows.len();
@@ -219,10 +241,14 @@ impl Problem<'_> {
             let pin = vertex((count + k) as i64).axis(Axis::X).to(0.0);
             edit = edit.ask(pin.called(&format!("alpha_at[{k}]")));
         }
-        if let Some(bound) = bound {
-            for (x, k) in self.free.iter().enumerate() {
-                let value = vertex(x as i64).on(1).axis(Axis::X).at_least(bound);
-                edit = edit.ask(value.called(&format!("value {k} of alpha")));
+        for (row, bound) in bounds {
+            // What is fixed counts, and cannot change.
+            let fixed: f64 =
+                row.iter().filter(|(k, _)| number[*k].is_none()).map(|(k, c)| c * self.start[*k]).sum();
+            let free: Vec<_> =
+                row.iter().filter_map(|(k, c)| Some((number[*k]? as i64, Vector::x() * *c))).collect();
+            if !free.is_empty() {
+                edit = edit.ask(linear(free).on(1).at_least(bound - fixed).called(POSITIVE));
             }
         }
         let done = edit.solve_with(Arc::clone(self.edges.solver))?;

@@ -63,16 +63,18 @@ pub enum FineTuneError {
         /// Its largest size.
         value: f64,
     },
-    /// What is asked is met by no α with positive values.
+    /// What is asked is met by no α that is positive.
     #[error(
-        "what is asked takes an α that is not positive (the nearest one runs from {} to {}), and none with positive values does it: ask for \
-         less, give α more knots, or say any_sign where tangents may turn round", Figure(*.least), Figure(*.most)
+        "what is asked takes an α that is not positive (the nearest one runs from {} to {}), and none that is at least {} everywhere does it: ask for \
+         less, give α more knots, or say any_sign where tangents may turn round", Figure(*.least), Figure(*.most), Figure(*.bound)
     )]
     NoPositive {
         /// The smallest value of the nearest α.
         least: f64,
         /// Its largest value.
         most: f64,
+        /// How small an α was looked for.
+        bound: f64,
     },
     /// A range that is none, or outside of the domain.
     #[error("the range [{}, {}] {}", Figure(*.from), Figure(*.to), range_fault([*.from, *.to], [*.start, *.end]))]

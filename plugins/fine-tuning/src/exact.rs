@@ -3,20 +3,23 @@
 use std::sync::Arc;
 
 use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Report, Unknowns, Value, Wanted};
-use loftsman_kernel::functional::{Linearity, Position, Shapes, derivative, position, value_of, vertex};
+use loftsman_kernel::functional::{Linearity, Position, Shapes, derivative, linear, position, value_of};
 use loftsman_kernel::shape::{Location, Shape};
-use loftsman_kernel::solve::{Operator, Solver, Symmetric};
+use loftsman_kernel::solve::{Operator, SolveError, Solver, Symmetric};
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::text::short;
 use loftsman_kernel::{Point, Vector};
 
 use crate::alpha::{MOST, extremes};
+use crate::closed::{OfClosed, Opened};
 use crate::curvature::bend;
 use crate::error::{FineTuneError, Result};
+use crate::lift::Alpha;
 use crate::local::Host;
 use crate::measure::{gram, mean, undone};
 use crate::operator::{Hosted, Tuning};
+use crate::positive::{Place, bounded, told};
 use crate::scale::Scale;
 
 /// α's values stay at least this part of the smallest value that was asked (or of 1), where they would not be positive.
@@ -38,6 +41,9 @@ pub(crate) struct Asked<'a> {
     /// Whether the answer is taken where what is asked nearly contradicts itself.
     pub(crate) forced: bool,
 }
+
+/// A curve, its α, and how it was solved for.
+type Answer = (Curve, Function<f64>, Report);
 
 /// What was found.
 pub(crate) struct Found {
@@ -65,22 +71,27 @@ pub(crate) fn solve(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &Asked<'_
         // curve is asked of a closed one.
         let all = problem.conditions.clone();
         problem.conditions.retain(is_linear);
-        let (_, near, _) = problem.solve(None).map_err(|error| problem.too_few(error))?;
+        let (_, near, _) = problem.solve(&[]).map_err(|error| problem.too_few(error))?;
         problem = Problem { conditions: all, ..Problem::new(problem.tuning, &near, asked)? };
     }
-    let mut done = problem.solve(None).map_err(|error| problem.too_few(error))?;
+    let mut done = problem.solve(&[]).map_err(|error| problem.too_few(error))?;
     let last = extremes(&done.1)?;
     if asked.through.is_empty() && asked.constraints.is_empty() && is_one(last) && !is_one(extremes(alpha)?) {
         return Err(problem.no_freedom(done.2.rank));
     }
     let mut values = last;
     if !asked.any_sign && last[0] <= 0.0 {
-        let bounded = problem.solve(Some(LEAST * extremes(alpha)?[0].clamp(0.0, 1.0)));
-        done = bounded.map_err(|error| match error {
-            EditError::Solve(_) => FineTuneError::NoPositive { least: last[0], most: last[1] },
-            other => other.into(),
+        let bound = LEAST * extremes(alpha)?[0].clamp(0.0, 1.0);
+        done = problem.bounded(&done.1, bound).map_err(|error| match error {
+            FineTuneError::Edit(EditError::Solve(SolveError::Conflict { .. })) => {
+                FineTuneError::NoPositive { least: last[0], most: last[1], bound }
+            }
+            other => other,
         })?;
         values = extremes(&done.1)?;
+        if values[0] <= 0.0 {
+            return Err(FineTuneError::NoPositive { least: last[0], most: last[1], bound });
+        }
     }
     let (curve, found, mut report) = done;
     let apart = |a: &[f64], b: &[f64]| mean(&problem.gram, a, b, alpha.space().length());
@@ -114,7 +125,7 @@ impl Asked<'_> {
     }
 
     /// The equations for the ends and the points, and what else is asked with its targets as the given curve has them.
-    fn conditions(&self, alpha: &Space) -> Result<Vec<Constraint>> {
+    fn conditions(&self, tuning: &Tuning, alpha: &Space) -> Result<Vec<Constraint>> {
         let (a, b) = self.given.domain();
         let end = if self.given.is_periodic() { a } else { b };
         let name = if self.given.is_periodic() { "closing".to_owned() } else { format!("the end at {b}") };
@@ -133,17 +144,22 @@ impl Asked<'_> {
                 }
             }
         }
+        let numbers = self.numbers(tuning, alpha)?;
         for constraint in self.constraints {
+            if let Some(numbers) = numbers.as_ref().filter(|_| constraint.functional().by_number(0)) {
+                all.push(self.as_given(&numbers.asked(constraint)?, &numbers.given)?);
+                continue;
+            }
             let mut held = self.held_beside(constraint);
             let part = self.host.as_ref().map(|_| self.given.domain());
             if let Some(bend) = bend(constraint, self.asked_curve(), alpha, part, self.any_sign)? {
                 all.extend(bend.conditions);
                 held = held.filter(|_| bend.is_inside);
             } else {
-                all.push(self.as_given(&Self::alone(constraint))?);
+                all.push(self.as_given(&Self::alone(constraint), self.asked_curve())?);
             }
             if let Some(held) = held.filter(|held| !all.iter().any(|c| c.functional().same_as(held))) {
-                all.push(self.as_given(&held.keep())?);
+                all.push(self.as_given(&held.keep(), self.asked_curve())?);
             }
         }
         Ok(all)
@@ -213,13 +229,28 @@ impl Asked<'_> {
         same.called(&constraint.describe()).by_itself()
     }
 
+    /// What is asked by the numbers of control vertices means those of the tuned curve, where anything is. `None` where those are the asked curve's
+    /// own.
+    fn numbers(&self, tuning: &Tuning, alpha: &Space) -> Result<Option<Numbers>> {
+        if self.host.is_some() || !self.constraints.iter().any(|c| c.functional().by_number(0)) {
+            return Ok(None);
+        }
+        let start = self.given.point(self.given.domain().0)?;
+        let opened = tuning.closed().map(|closed| Opened::new(closed, tuning.space())).transpose()?;
+        Ok(Some(Numbers {
+            given: tuned_curve(tuning, &vec![1.0; alpha.len()], start)?,
+            is_closed: self.given.is_periodic(),
+            opened: opened.map(Arc::new),
+        }))
+    }
+
     /// A constraint whose target is a value that the given curve has, changes or multiplies, with that number.
-    fn as_given(&self, constraint: &Constraint) -> Result<Constraint> {
+    fn as_given(&self, constraint: &Constraint, given: &Curve) -> Result<Constraint> {
         let functional = constraint.functional();
         let present = || -> Result<Vec<f64>> {
             let mut values = vec![0.0; functional.equations()];
             let one = Scale::new(&Function::constant(self.given.space().clone(), 1.0)?);
-            let shapes: [&dyn Shape; 2] = [self.asked_curve(), &one];
+            let shapes: [&dyn Shape; 2] = [given, &one];
             value_of(functional.as_ref(), &Shapes::new(shapes), &mut values)?;
             if let Some(axis) = constraint.narrowed() {
                 values = values.get(axis as usize).copied().into_iter().collect();
@@ -236,6 +267,33 @@ impl Asked<'_> {
             _ => return Ok(constraint.clone()),
         };
         Ok(constraint.clone().wanting(Wanted::To(Value(to))).called(&constraint.describe()))
+    }
+}
+
+/// The control vertices of the tuned curve.
+struct Numbers {
+    /// The given curve in the tuned one's degree and knots.
+    given: Curve,
+    is_closed: bool,
+    /// Those of a closed curve.
+    opened: Option<Arc<Opened>>,
+}
+
+impl Numbers {
+    /// What is asked of them, asked of the curve that is solved for.
+    fn asked(&self, constraint: &Constraint) -> Result<Constraint> {
+        if !self.is_closed {
+            return Ok(constraint.clone());
+        }
+        let Some(opened) = &self.opened else {
+            return Err(FineTuneError::Contradiction(format!(
+                "{}: how many control vertices a closed curve has that is tuned with a corner, or by an α that is not periodic, is known only when it is \
+                 tuned; ask for a position on it",
+                constraint.describe()
+            )));
+        };
+        let functional = OfClosed::new(constraint.functional(), opened);
+        Ok(constraint.clone().of(Arc::new(functional)).called(&constraint.describe()))
     }
 }
 
@@ -257,14 +315,34 @@ impl<'a> Problem<'a> {
             scale: Scale::new(alpha),
             gram: gram(alpha.space()),
             tuned: tuned_curve(&tuning, alpha.coefficients(), start)?,
+            conditions: asked.conditions(&tuning, alpha.space())?,
             tuning,
             asked,
-            conditions: asked.conditions(alpha.space())?,
         })
     }
 
-    /// The least change of α, `∫ (Δα)²`, that makes the conditions true; with all of its values at least `bound`.
-    fn solve(&self, bound: Option<f64>) -> Result<(Curve, Function<f64>, Report), EditError> {
+    /// The same with α at least `bound` everywhere, where it is not so in the first answer.
+    fn bounded(&self, first: &Function<f64>, bound: f64) -> Result<Answer> {
+        let first = Alpha::Line(first.clone());
+        let solve = |held: &[Place]| -> Result<Answer> {
+            let bounds = held.iter().map(|place| -> Result<Constraint> {
+                let row = first.row(*place)?.into_iter().map(|(i, c)| (i as i64, Vector::x() * c));
+                Ok(linear(row).on(1).at_least(bound))
+            });
+            Ok(self.solve(&bounds.collect::<Result<Vec<_>>>()?)?)
+        };
+        let values = |(_, alpha, _): &Answer| alpha.coefficients().to_vec();
+        let (curve, alpha, mut report) = bounded(&first, bound, solve, values)?;
+        // Nobody asked for these: told together.
+        report.constraints.truncate(self.conditions.len());
+        report.active.retain(|name| self.conditions.iter().any(|c| c.label() == *name));
+        report.active.push(format!("alpha ≥ {bound}"));
+        report.notes.push(told(&Alpha::Line(alpha.clone()), bound, "ends")?);
+        Ok((curve, alpha, report))
+    }
+
+    /// The least change of α, `∫ (Δα)²`, that makes the conditions true, and these bounds.
+    fn solve(&self, bounds: &[Constraint]) -> Result<Answer, EditError> {
         let count = self.tuned.points().len() + self.scale.control_vertices().len();
         let tuning = Arc::clone(&self.tuning);
         let (edit, count, map): (_, _, Arc<dyn Operator>) = match &self.asked.host {
@@ -284,11 +362,8 @@ impl<'a> Problem<'a> {
         for condition in &self.conditions {
             edit = edit.ask(condition.clone());
         }
-        if let Some(bound) = bound {
-            for index in 0..self.scale.control_vertices().len() {
-                let value = vertex(index as i64).on(1).axis(Axis::X).at_least(bound);
-                edit = edit.ask(value.called(&format!("value {index} of alpha")));
-            }
+        for bound in bounds {
+            edit = edit.ask(bound.clone());
         }
         let done = edit.solve_with(Arc::clone(&self.asked.solver))?;
         let alpha: Vec<f64> = done.shape_at(1)?.control_vertices().iter().map(|p| p.x).collect();
@@ -297,25 +372,7 @@ impl<'a> Problem<'a> {
             None => done.shape().clone(),
             Some(_) => Curve::new(self.tuned.space().clone(), done.shape_at(2)?.control_vertices().to_vec())?,
         };
-        let mut report = done.report().clone();
-        if let Some(bound) = bound {
-            // One a value, and none that anybody asked for: told together.
-            report.constraints.truncate(self.conditions.len());
-            let held: Vec<f64> =
-                alpha.coefficients().iter().copied().filter(|c| *c <= bound * (1.0 + 1e-9)).collect();
-            report.active.retain(|name| !(name.starts_with("value ") && name.contains(" of alpha ≥")));
-            report.active.push(format!(
-                "{} of {} values of alpha ≥ {bound}",
-                held.len(),
-                alpha.coefficients().len()
-            ));
-            report.notes.push(format!(
-                "without a bound alpha would not be positive: {} of its values are kept at {bound}, where the curvature grows by its \
-                 reciprocal; ask for an alpha nearer to what the ends allow",
-                held.len()
-            ));
-        }
-        Ok((part, alpha, report))
+        Ok((part, alpha, done.report().clone()))
     }
 
     /// Ends that leave α no choice: α = 1 meets them, and no other does or none that is nearer to what is asked, so that nothing would be tuned.

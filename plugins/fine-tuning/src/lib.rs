@@ -8,6 +8,7 @@
 //! [`FineTuneSurface`] does it for a surface, in one direction or in both ([`Scaling`]).
 
 mod alpha;
+mod closed;
 mod curvature;
 mod curve;
 mod edges;
@@ -22,6 +23,7 @@ mod measure;
 mod operation;
 mod operator;
 mod patch;
+mod positive;
 mod scale;
 mod scaling;
 mod similar;

@@ -1,5 +1,6 @@
 //! `T S = S(u₀, v) + ∫ α S_u du`: one direction of a surface scaled.
 
+use loftsman_kernel::shape::Side;
 use loftsman_kernel::spline::algebra::{Field, Function};
 use loftsman_kernel::spline::{Direction, Space, Surface};
 use loftsman_kernel::text::short;
@@ -8,6 +9,7 @@ use loftsman_kernel::{Point, Vector};
 use crate::alpha::{check_degree, extremes};
 use crate::error::{FineTuneError, Result};
 use crate::lines::{along_u, closed_u, derivative_u, size, start_row, turned};
+use crate::positive::Place;
 
 /// α along `u`: of that parameter, or of both.
 #[derive(Debug, Clone)]
@@ -60,17 +62,17 @@ impl Alpha {
     ///
     /// # Errors
     /// When the place is outside.
-    pub(crate) fn row(&self, (u, v): (f64, f64)) -> Result<Vec<(usize, f64)>> {
-        let of = |space: &Space, at: f64| -> Result<Vec<(usize, f64)>> {
-            let at = space.locate(at)?;
-            let (p, span) = (space.degree(), space.span(at));
+    pub(crate) fn row(&self, ((u, v), sides): Place) -> Result<Vec<(usize, f64)>> {
+        let of = |space: &Space, at: f64, side: Side| -> Result<Vec<(usize, f64)>> {
+            let (span, at) = space.span_on(space.locate(at)?, side);
+            let p = space.degree();
             let mut row = vec![0.0; p + 1];
             space.basis_into(span, at, 0, &mut row);
             Ok(row.into_iter().enumerate().map(|(i, c)| (space.vertex(span - p + i), c)).collect())
         };
-        let along = of(self.along(), u)?;
+        let along = of(self.along(), u, sides[0])?;
         let Self::Net(net) = self else { return Ok(along) };
-        let (space, across) = (net.space(Direction::V), of(net.space(Direction::V), v)?);
+        let (space, across) = (net.space(Direction::V), of(net.space(Direction::V), v, sides[1])?);
         let row = |(i, a): &(usize, f64)| {
             let (i, a) = (*i, *a);
             across.iter().map(move |(j, b)| (i * space.len() + j, a * b))

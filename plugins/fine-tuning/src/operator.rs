@@ -25,6 +25,8 @@ pub(crate) struct Tuning {
     count: usize,
     /// The space of the tuned curve.
     space: Space,
+    /// The one that it is in when it is closed, where that is known beforehand.
+    closed: Option<Space>,
 }
 
 impl Tuning {
@@ -53,6 +55,7 @@ impl Tuning {
             terms: Vec::with_capacity(count),
             count: alpha.len(),
             space: Space::open(p + 1, knots)?,
+            closed: opening.is_some().then(|| Space::periodic(p + 1, own.knots().to_vec())).transpose()?,
         };
         all.starts.push(0);
         let share = |i: usize| (t[i + p + 1] - t[i]) / (p + 1) as f64;
@@ -81,6 +84,11 @@ impl Tuning {
     /// The space of the tuned curve: open, clamped.
     pub(crate) fn space(&self) -> &Space {
         &self.space
+    }
+
+    /// The space that a closed curve is in when it is tuned and closed again: of a derivative and an α that are both without a seam.
+    pub(crate) fn closed(&self) -> Option<&Space> {
+        self.closed.as_ref()
     }
 
     fn row(&self, i: usize) -> impl Iterator<Item = (usize, &Vector)> {

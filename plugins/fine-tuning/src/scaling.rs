@@ -2,13 +2,13 @@
 
 use loftsman_kernel::spline::algebra::{Field, Function};
 use loftsman_kernel::spline::{Direction, Space, Surface};
-use loftsman_kernel::text::short;
 
-use crate::alpha::{check_positive, restricted, same};
+use crate::alpha::{restricted, same};
 use crate::error::{FineTuneError, Result};
 use crate::lift::Alpha;
 use crate::lines::{along, derivative_u, facing, index, name, turned};
 use crate::patch::Region;
+use crate::positive::check_positive;
 
 /// What the derivatives of a surface are scaled by. Two different multiples of `S_u` and `S_v` are in general no derivatives of
 /// any surface, so that there are three ways.
@@ -98,18 +98,8 @@ impl Scaling {
     pub(crate) fn check_positive(&self) -> Result<()> {
         for direction in [Direction::U, Direction::V] {
             match self.of(direction)? {
-                Some(Alpha::Line(line)) => check_positive(&line)?,
-                Some(Alpha::Net(net)) => {
-                    let net = facing(&net, direction)?;
-                    let least = net.coefficients().iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
-                    if let Some((k, value)) = least.filter(|(_, value)| **value <= 0.0) {
-                        let (u, v) = (net.space(Direction::U), net.space(Direction::V));
-                        let (i, j) = (k / v.len(), k % v.len());
-                        let near = (u.greville(i), v.greville(j));
-                        let at = format!("value [{i}, {j}], near ({}, {})", short(near.0), short(near.1));
-                        return Err(FineTuneError::NotPositive { value: *value, at });
-                    }
-                }
+                Some(Alpha::Net(net)) => check_positive(&Alpha::Net(facing(&net, direction)?))?,
+                Some(line) => check_positive(&line)?,
                 None => {}
             }
         }

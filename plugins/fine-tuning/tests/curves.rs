@@ -488,10 +488,10 @@ fn what_cannot_be_is_refused_in_words() {
     let error = alpha_of(&curve, vec![1.0; 9]).unwrap_err().to_string();
     assert!(error.contains("9 values and needs 8"), "{error}");
     let mut values = vec![1.0; 8];
-    values[3] = -0.2;
+    values[3] = -0.5;
     let negative = alpha_of(&curve, values).unwrap();
     let error = text(FineTune::new(&curve, negative.clone()).solve());
-    assert!(error.contains("α is -0.2 at value 3"), "{error}");
+    assert!(error.contains("α is -0.125 at 2.5 (value 3)"), "{error}");
     assert!(FineTune::new(&curve, negative).any_sign().ends(Ends::Free).solve().is_ok());
     let alpha = any_alpha(&curve, 1);
     let out = "reaches out of the domain, which is [0, 6]";

@@ -2,7 +2,9 @@
 
 mod bends;
 mod curves;
+mod numbers;
 mod operation;
+mod positive;
 mod ranges;
 mod rims;
 mod springs;

@@ -20,7 +20,7 @@ fn what_cannot_be_is_refused_in_words() {
     values[13] = -0.5;
     let negative = surface_alpha_of(&surface, values).unwrap();
     let error = text(FineTuneSurface::new(&surface, Scaling::along(U, negative.clone())).solve());
-    assert!(error.contains("α is -0.5 at value [2, 3]"), "{error}");
+    assert!(error.contains("α is -0.125 at (1.5, 3) (value [2, 3])"), "{error}");
     let allowed = FineTuneSurface::new(&surface, Scaling::along(U, negative)).any_sign().ends(Ends::Free);
     assert!(allowed.solve().is_ok());
     let rational = Surface::rational(
