@@ -4,7 +4,9 @@
 
 use loftsman_kernel::edit::{Ask, Edit};
 use loftsman_kernel::error::{Error, Result};
-use loftsman_kernel::functional::{ShapeNames, curvature, magnitude, normal, orthogonal, tangent};
+use loftsman_kernel::functional::{
+    ShapeNames, curvature, magnitude, normal, orthogonal, position, present_normal, tangent,
+};
 use loftsman_kernel::plugin::{Parameters, Registry, constraint_from};
 use loftsman_kernel::shape::{Derivative, Shape};
 use loftsman_kernel::spline::{Curve, Space, Surface};
@@ -87,6 +89,29 @@ fn so_are_normals_and_what_is_orthogonal() {
     }
     let from_rust = Edit::new(&surface()).ask(normal([0.7, 1.2], to).keep()).solve().unwrap();
     assert_eq!(from_rust.shape(), &kept);
+
+    // A normal without a direction keeps the one that it has, while its place and others move.
+    let normal_of = |s: &Surface| {
+        let [u, v] =
+            [[1, 0], [0, 1]].map(|o| Shape::value(s, [0.7, 1.2].into(), Derivative::from(o)).unwrap());
+        u.cross(&v).normalize()
+    };
+    let moved = [
+        json!({ "kind": "position", "at": [0.7, 1.2], "by": [0, 0.2, 0.5] }),
+        json!({ "kind": "position", "at": [0.5, 1.0], "by": [0, 0, -0.2] }),
+    ];
+    let kept = json!({ "kind": "normal", "at": [0.7, 1.2], "keep": true });
+    let turned = (normal_of(&solved(&surface(), &moved).unwrap()) - normal_of(&surface())).norm();
+    assert!(turned > 0.05, "{turned}");
+    let both = solved(&surface(), &[moved[0].clone(), moved[1].clone(), kept]).unwrap();
+    assert!((normal_of(&both) - normal_of(&surface())).norm() < 1e-12);
+    let from_rust = Edit::new(&surface())
+        .ask(position([0.7, 1.2]).by([0.0, 0.2, 0.5]))
+        .ask(position([0.5, 1.0]).by([0.0, 0.0, -0.2]))
+        .ask(present_normal([0.7, 1.2]).keep())
+        .solve()
+        .unwrap();
+    assert_eq!(from_rust.shape(), &both);
 
     let kept = solved(&curve(), &[json!({ "kind": "orthogonal", "at": 2.5, "to": [1, 0, 0], "keep": true })])
         .unwrap();

@@ -36,7 +36,7 @@ pub use evaluate::{Evaluate, Numbers};
 pub use join::{Edge, Join, Place, join};
 pub use linear::{Linear, linear};
 pub use magnitude::{Magnitude, magnitude};
-pub use normal::{Normal, normal};
+pub use normal::{Normal, normal, present_normal};
 pub use on::On;
 pub use orthogonal::{Orthogonal, orthogonal};
 pub use position::{Position, position};

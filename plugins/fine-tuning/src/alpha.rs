@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use loftsman_kernel::error::MAX_DEGREE;
+use loftsman_kernel::error::{Figure, MAX_DEGREE};
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
@@ -17,8 +17,19 @@ pub(crate) const MOST: f64 = 1e9;
 /// # Errors
 /// When the curve is rational (weights that are all the same are none), or torn.
 pub fn derivative(curve: &Curve) -> Result<Function<Vector>> {
+    check_torn(curve.space(), "curve")?;
     let function = polynomial(curve)?.function()?;
     Ok(function.derivative().or_else(|_| function.opened()?.derivative())?)
+}
+
+/// Refuses what is torn where a knot is repeated more often than its degree.
+pub(crate) fn check_torn(space: &Space, what: &'static str) -> Result<()> {
+    let breaks = space.breakpoints();
+    let inner = breaks.get(1..breaks.len().saturating_sub(1)).unwrap_or_default();
+    let torn = inner.iter().find(|t| space.multiplicity(**t) > space.degree());
+    torn.map_or(Ok(()), |at| {
+        Err(FineTuneError::Torn { what, at: *at, copies: space.multiplicity(*at), degree: space.degree() })
+    })
 }
 
 /// The space in which α is given by its values alone: that of the derivative, degree `p - 1` on the curve's knots, so that the
@@ -94,17 +105,40 @@ pub(crate) fn check_degree(derivative: &Space, alpha: &Space) -> Result<()> {
     }
 }
 
-/// A function on a part of its domain.
+/// A function on a part of its domain; of a periodic one also over its seam.
+///
+/// # Errors
+/// When it is not there.
 pub(crate) fn restricted(alpha: &Function<f64>, a: f64, b: f64) -> Result<Function<f64>> {
-    if alpha.space().domain() == (a, b) {
+    let space = alpha.space();
+    if space.domain() == (a, b) {
         return Ok(alpha.clone());
     }
-    if alpha.space().degree() > 0 {
-        return Ok(alpha.convert(&alpha.space().restricting(a, b)?)?);
+    let over = b > space.domain().1;
+    if over && !space.is_periodic() {
+        return Err(FineTuneError::Contradiction(format!(
+            "α is over [{}, {}] and not periodic, and what is tuned goes over the seam, to {}: give α over what is tuned, [{}, {}]",
+            Figure(space.domain().0),
+            Figure(space.domain().1),
+            Figure(b),
+            Figure(a),
+            Figure(b)
+        )));
     }
-    // Steps: those between the ends and the knots between them.
+    if space.degree() > 0 && over {
+        let points = alpha.coefficients().iter().map(|c| Point::new(*c, 0.0, 0.0)).collect();
+        let part = Curve::new(space.clone(), points)?.started_at(a)?.between(a, b)?;
+        let values = part.points().iter().map(|p| p.x).collect();
+        return Ok(Function::new(part.space().clone(), values)?);
+    }
+    if space.degree() > 0 {
+        return Ok(alpha.convert(&space.restricting(a, b)?)?);
+    }
+    // Steps: those between the ends and the knots between them, of the next period, too.
     let mut knots = vec![a];
-    knots.extend(alpha.space().breakpoints().into_iter().filter(|t| *t > a && *t < b));
+    let own = space.breakpoints();
+    let again = if over { own.iter().skip(1).map(|t| t + space.length()).collect() } else { Vec::new() };
+    knots.extend(own.into_iter().chain(again).filter(|t| *t > a && *t < b));
     knots.push(b);
     let value = |pair: &[f64]| alpha.value(0.5 * (pair[0] + pair[1]));
     let values = knots.windows(2).map(value).collect::<Result<Vec<_>, _>>()?;

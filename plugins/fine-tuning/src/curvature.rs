@@ -12,6 +12,7 @@ use loftsman_kernel::{Point, Vector};
 
 use crate::alpha::MOST;
 use crate::error::{FineTuneError, Result};
+use crate::local::within;
 
 /// A curve whose curvature is less than so many times what rounding makes of it is straight, as the kernel's functional has it.
 const STRAIGHT: f64 = 1e4;
@@ -113,10 +114,11 @@ impl OnSide {
     fn new(curve: &Curve, at: f64, side: Side, curvature: f64, part: Option<(f64, f64)>) -> Result<Self> {
         let space = curve.space();
         let (span, at) = space.span_on(space.locate(at)?, side);
-        let is_inside = part.is_none_or(|(a, b)| {
-            let middle = 0.5 * (space.flat()[span] + space.flat()[span + 1]);
-            a < middle && middle < b
-        });
+        let middle = 0.5 * (space.flat()[span] + space.flat()[span + 1]);
+        // Of a part over the seam of a closed curve, α goes on beyond it.
+        let inside = part.map_or(Some(middle), |part| within(space, part, middle));
+        let beyond = if inside.is_some_and(|u| u > middle) { space.length() } else { 0.0 };
+        let is_inside = inside.is_some();
         let stencil = |order: usize| curve.stencil_on(Location::Curve(at), order.into(), side.into());
         let (first, second) = (stencil(1)?, stencil(2)?);
         let points = curve.points();
@@ -125,7 +127,7 @@ impl OnSide {
         // As in the kernel's functional: what rounding of the control vertices makes of a curvature.
         let noise = (one * second / first + two) / first / first + 3.0 * curvature * one / first;
         let straight = (curvature <= STRAIGHT * noise).then(|| 1e3 * noise.max(curvature));
-        Ok(Self { at, curvature, straight, is_inside })
+        Ok(Self { at: at + beyond, curvature, straight, is_inside })
     }
 }
 

@@ -129,7 +129,8 @@ impl FineTune {
     }
 
     /// Tunes the part from `a` to `b` and nothing else: knots are inserted there to full multiplicity, the rest is the same
-    /// curve in a higher degree.
+    /// curve in a higher degree. Of a closed curve `b` may be beyond the end of its period, by `a` and a period at most: the part goes over the seam then,
+    /// and α is over `[a, b]`, or periodic.
     #[must_use]
     pub fn between(mut self, a: f64, b: f64) -> Self {
         self.range = Some((a, b));
@@ -222,8 +223,11 @@ impl FineTune {
             ));
         }
         let (start, end) = self.curve.domain();
-        if !(a < b && start <= a && b <= end) {
-            return Err(FineTuneError::Range { from: a, to: b, start, end });
+        let periodic = self.curve.is_periodic();
+        // Over the seam of a closed curve, too: once round at most.
+        let last = if periodic && a < end { a + (end - start) } else { end };
+        if !(a < b && start <= a && b <= last) {
+            return Err(FineTuneError::Range { from: a, to: b, start, end, periodic });
         }
         let alpha = if self.alpha.space().domain() == (a, b) {
             self.alpha.clone()

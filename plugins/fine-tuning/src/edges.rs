@@ -13,10 +13,10 @@ use loftsman_kernel::{Point, Vector};
 
 use crate::error::{FineTuneError, Result};
 use crate::exact::LEAST;
-use crate::lift::Alpha;
+use crate::lift::{Alpha, Place};
 use crate::lines::derivative_u;
 use crate::measure::mass;
-use crate::positive::{Place, bounded, told};
+use crate::positive::{bounded, told};
 use crate::surface::Pin;
 
 /// What a bound of α is called.
@@ -54,7 +54,7 @@ impl Edges<'_> {
         let (height, width) = (alpha.along().len(), alpha.columns());
         let edge = |k: usize, count: usize, of: usize| k < count || k + count >= of;
         let fixed = |k: usize| edge(k / width, self.rows, height) || edge(k % width, self.columns, width);
-        let free: Vec<usize> = (0..height * width).filter(|k| !fixed(*k)).collect();
+        let free_values: Vec<usize> = (0..height * width).filter(|k| !fixed(*k)).collect();
         let mut start = alpha.values().to_vec();
         (0..start.len()).filter(|k| fixed(*k)).for_each(|k| start[k] = 1.0);
         let pins =
@@ -62,24 +62,34 @@ impl Edges<'_> {
         let equations = Equations { pins: pins.collect::<Result<_>>()?, ..Equations::new(given, &alpha)? };
         let is_one = |values: &[f64]| values.iter().all(|c| (c - 1.0).abs() <= 1e-9);
         let nothing = |values: &[f64]| self.pins.is_empty() && is_one(values) && !is_one(alpha.values());
-        let refused = |equations: usize| FineTuneError::Edges {
+        let refused = |equations: usize| {
+            let free_columns = width.saturating_sub(2 * self.columns).max(1);
+            FineTuneError::Edges {
+                along: self.names[0],
+                net: width > 1,
+                equations,
+                values: free_values.len(),
+                needed: 2 * self.rows + equations / free_columns + 1,
+                columns: width,
+            }
+        };
+        let sides = || FineTuneError::Sides {
             along: self.names[0],
-            across: self.names[1],
-            net: width > 1,
-            equations,
-            values: free.len(),
+            found: [height, width],
+            fixed: [self.rows, self.columns],
+            left: !free_values.is_empty(),
         };
         if equations.hold(&start) {
-            return if nothing(&start) { Err(refused(0)) } else { Ok((alpha.with(start)?, None)) };
+            return if nothing(&start) { Err(sides()) } else { Ok((alpha.with(start)?, None)) };
         }
-        if free.is_empty() {
-            return Err(refused(0));
+        if free_values.is_empty() {
+            return Err(sides());
         }
         let problem =
-            Problem { equations: &equations, start: &start, free: &free, alpha: &alpha, edges: self };
+            Problem { equations: &equations, start: &start, free: &free_values, alpha: &alpha, edges: self };
         let (mut values, mut report) = problem.solve(&[])?;
         if nothing(&values) {
-            return Err(refused(report.rank));
+            return Err(refused(equations.count(&free_values)));
         }
         let [least, most] = alpha.with(values.clone())?.extremes()?;
         if !self.any_sign && least <= 0.0 {
@@ -149,6 +159,17 @@ impl Equations {
         row.iter().fold((Vector::zeros(), 0.0), |(sum, size), (k, by)| {
             (sum + by * (alpha[*k] - 1.0), size + by.amax() * alpha[*k].abs().max(1.0))
         })
+    }
+
+    /// How many scalar equations there are that are more than rounding, of the values that may change.
+    fn count(&self, free: &[usize]) -> usize {
+        let norm = |row: &Vec<(usize, Vector)>| {
+            let own = row.iter().filter(|(k, _)| free.binary_search(k).is_ok());
+            own.fold(Vector::zeros(), |sum, (_, by)| sum + by.component_mul(by)).map(f64::sqrt)
+        };
+        let norms: Vec<Vector> = self.rows.iter().map(norm).collect();
+        let largest = norms.iter().fold(0.0_f64, |m, n| m.max(n.amax()));
+        norms.iter().flat_map(|n| n.iter()).filter(|n| **n > 1e-13 * largest).count() + self.pins.len()
     }
 
     fn hold(&self, alpha: &[f64]) -> bool {

@@ -20,6 +20,21 @@ pub enum FineTuneError {
         /// A curve or a surface.
         what: &'static str,
     },
+    /// The shape is torn.
+    #[error(
+        "the {what} is torn at {}, where a knot is repeated {copies} times (its degree {degree} allows {degree}), so that it has no derivative there: split it \
+         there and tune the pieces", Figure(*.at)
+    )]
+    Torn {
+        /// A curve, or a surface and along which parameter.
+        what: &'static str,
+        /// Where.
+        at: f64,
+        /// How often the knot is repeated.
+        copies: usize,
+        /// The degree.
+        degree: usize,
+    },
     /// The tuned shape would be of a degree that is not there.
     #[error(
         "a derivative of degree {derivative} times α of degree {alpha} would give degree {}, above {MAX_DEGREE}: give α a lower \
@@ -77,7 +92,7 @@ pub enum FineTuneError {
         bound: f64,
     },
     /// A range that is none, or outside of the domain.
-    #[error("the range [{}, {}] {}", Figure(*.from), Figure(*.to), range_fault([*.from, *.to], [*.start, *.end]))]
+    #[error("the range [{}, {}] {}", Figure(*.from), Figure(*.to), range_fault([*.from, *.to], [*.start, *.end], *.periodic))]
     Range {
         /// Where it should start.
         from: f64,
@@ -87,6 +102,8 @@ pub enum FineTuneError {
         start: f64,
         /// Where the domain ends.
         end: f64,
+        /// Whether that is the period of a curve, so that a range may go over its seam.
+        periodic: bool,
     },
     /// Both ends are one point, so that no rotation and no scale brings them anywhere.
     #[error(
@@ -125,22 +142,47 @@ pub enum FineTuneError {
     },
     /// Edges of a surface that stay with α = 1 only.
     #[error(
-        "that both edges across {along} stay takes {equations} independent equations of α{}, which has {values} values that may change, so \
-         that only α = 1 keeps them: {}, ask for less continuity, or tune more of the surface", if *.net { "(u, v)" } else { "" },
-        if *.net { "give α more values along that direction ({ degree, knots, values }; more than three times as many in each span as the \
-         surface's degree across plus 1)" } else { "scale by an α(u, v) with more values along that direction" }
+        "that both edges across {along} stay takes up to {equations} independent equations of α{}, of which {values} {} may change, so that only α = 1 \
+         keeps them: {}, ask for less continuity, or tune more of the surface", if *.net { "(u, v)" } else { "" },
+        if *.values == 1 { "value" } else { "values" },
+        if *.net { format!("give α at least {needed} values along {along} with the {columns} across ({{ degree, knots, values }})") }
+        else { format!("give α at least {needed} values along {along}, or scale by an α(u, v)") }
     )]
     Edges {
         /// The direction that is scaled.
         along: &'static str,
-        /// The direction along the edges.
-        across: &'static str,
         /// Whether α is a function of both parameters.
         net: bool,
-        /// Independent equations.
+        /// Independent equations, at most.
         equations: usize,
         /// Values of α that may change.
         values: usize,
+        /// Values along the direction that leave some to change.
+        needed: usize,
+        /// Values across.
+        columns: usize,
+    },
+    /// A part of a surface of which α has no values left, or none that is asked to be other than 1.
+    #[error(
+        "α(u, v) has {} values along {along} and {} across, of which {} at either end along {along} and {} at either side across are 1, so that the part joins \
+         the rest: {}, or ask for less continuity", .found[0], .found[1], .fixed[0], .fixed[1],
+        if *.left { "all others are asked to be 1, too; ask for others than 1 among those, or give α more values ({ degree, knots, values })".to_owned() }
+        else {
+            format!(
+                "none is left to change; give α at least {} values along {along} and {} across ({{ degree, knots, values }})",
+                (2 * .fixed[0] + 1).max(.found[0]), (2 * .fixed[1] + 1).max(.found[1])
+            )
+        }
+    )]
+    Sides {
+        /// The direction that is scaled.
+        along: &'static str,
+        /// Values of α along it and across.
+        found: [usize; 2],
+        /// How many of each side are 1.
+        fixed: [usize; 2],
+        /// Whether some are left.
+        left: bool,
     },
     /// Something that contradicts something else that was asked.
     #[error("{0}")]
@@ -164,19 +206,32 @@ impl From<FineTuneError> for OperationError {
 }
 
 /// What is wrong with a range of a domain.
-fn range_fault([from, to]: [f64; 2], [start, end]: [f64; 2]) -> String {
+fn range_fault([from, to]: [f64; 2], [start, end]: [f64; 2], periodic: bool) -> String {
     if from == to {
         return "is empty: it runs from a smaller number to a larger one".to_owned();
     }
+    let domain = format!("[{}, {}]", Figure(start), Figure(end));
     if from > to {
+        let over = to + (end - start);
+        let seam = if periodic && start <= from && from < end && from < over {
+            format!(", or over the seam [{}, {}]", Figure(from), Figure(over))
+        } else {
+            String::new()
+        };
         return format!(
-            "is reversed: it runs from the smaller number to the larger one, [{}, {}]",
+            "is reversed: it runs from the smaller number to the larger one, [{}, {}]{seam}",
             Figure(to),
             Figure(from)
         );
     }
+    if from < to && periodic {
+        return format!(
+            "reaches out of the domain, which is {domain}: it starts there, and ends at most once round ({} after its start)",
+            Figure(end - start)
+        );
+    }
     if from < to {
-        return format!("reaches out of the domain, which is [{}, {}]", Figure(start), Figure(end));
+        return format!("reaches out of the domain, which is {domain}");
     }
     "is none: give two numbers, the smaller one first".to_owned()
 }

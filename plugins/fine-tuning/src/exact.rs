@@ -15,11 +15,11 @@ use crate::alpha::{MOST, extremes};
 use crate::closed::{OfClosed, Opened};
 use crate::curvature::bend;
 use crate::error::{FineTuneError, Result};
-use crate::lift::Alpha;
-use crate::local::Host;
+use crate::lift::{Alpha, Place};
+use crate::local::{Host, within};
 use crate::measure::{gram, mean, undone};
 use crate::operator::{Hosted, Tuning};
-use crate::positive::{Place, bounded, told};
+use crate::positive::{bounded, told};
 use crate::scale::Scale;
 
 /// α's values stay at least this part of the smallest value that was asked (or of 1), where they would not be positive.
@@ -98,7 +98,8 @@ pub(crate) fn solve(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &Asked<'_
     let change = apart(alpha.coefficients(), found.coefficients());
     // From 1 to what was asked, and from there back to what came.
     let wanted = apart(&vec![1.0; alpha.coefficients().len()], alpha.coefficients());
-    report.notes.extend(undone(change, wanted).map(str::to_owned));
+    let held = asked.constraints.iter().any(|c| matches!(c.functional().location(), Some((1, _))));
+    report.notes.extend(undone(change, wanted, held));
     Ok(Found { curve, alpha: found, report, change, values })
 }
 
@@ -177,7 +178,7 @@ impl Asked<'_> {
             let refused =
                 |why: String| Err(FineTuneError::Contradiction(format!("through[{k}], at {at}: {why}")));
             let far = (to - there).norm() > REACH * size;
-            let outside = self.host.is_some() && (u <= a || u >= b);
+            let outside = self.host.is_some() && within(curve.space(), (a, b), u).is_none();
             if far && outside {
                 return refused(format!(
                     "the curve stays where it is there, for only what is between {a} and {b} is tuned: give a place inside of the range, or tune a \

@@ -9,7 +9,9 @@ use loftsman_kernel::{Point, Vector};
 use crate::alpha::{check_degree, extremes};
 use crate::error::{FineTuneError, Result};
 use crate::lines::{along_u, closed_u, derivative_u, size, start_row, turned};
-use crate::positive::Place;
+
+/// A place of α: parameters (the second counts for nets only), and from which side each is looked at.
+pub(crate) type Place = ((f64, f64), [Side; 2]);
 
 /// α along `u`: of that parameter, or of both.
 #[derive(Debug, Clone)]

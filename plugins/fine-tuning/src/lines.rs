@@ -5,6 +5,7 @@ use loftsman_kernel::spline::algebra::{Coefficient, Field, Function};
 use loftsman_kernel::spline::{Direction, Space};
 use loftsman_kernel::text::short;
 
+use crate::alpha::check_torn;
 use crate::error::{FineTuneError, Result};
 
 /// The other direction.
@@ -84,6 +85,7 @@ pub(crate) fn along<T: Coefficient>(
 /// # Errors
 /// When a line along `u` is torn.
 pub(crate) fn derivative_u<T: Coefficient>(field: &Field<T>) -> Result<Field<T>> {
+    check_torn(field.space(Direction::U), "surface")?;
     let opened = || along_u(field, |line| Ok(line.opened()?));
     Ok(field.derivative(Direction::U).or_else(|_| match opened() {
         Ok(opened) => opened.derivative(Direction::U),

@@ -6,9 +6,19 @@ use loftsman_kernel::spline::{Curve, Space};
 use crate::alpha::polynomial;
 use crate::error::{FineTuneError, Result};
 
-/// The part from `a` to `b`.
+/// The part from `a` to `b`, of a closed curve over its seam where `b` is beyond it.
 pub(crate) fn part(curve: &Curve, a: f64, b: f64) -> Result<Curve> {
-    Ok(polynomial(curve)?.between(a, b)?)
+    let curve = polynomial(curve)?;
+    if b > curve.domain().1 {
+        return Ok(curve.started_at(a)?.between(a, b)?);
+    }
+    Ok(curve.between(a, b)?)
+}
+
+/// A parameter as a part from `a` to `b` knows it that may go over the seam of a closed curve; `None` where it is not inside.
+pub(crate) fn within(space: &Space, (a, b): (f64, f64), u: f64) -> Option<f64> {
+    let again = space.is_periodic().then(|| u + space.length());
+    std::iter::once(u).chain(again).find(|u| a < *u && *u < b)
 }
 
 /// A curve in the degree and with the knots of a tuned part of it, and which of its control vertices that part's are.
@@ -24,14 +34,18 @@ impl Host {
     pub(crate) fn new(curve: &Curve, part: &Space) -> Result<Self> {
         let (a, b) = part.domain();
         let curve = polynomial(curve)?;
+        let seam = Seam::new(&curve, (a, b))?;
         let raised = if curve.is_periodic() { curve.into_owned() } else { curve.to_clamped()? };
         let raised = raised.elevate(part.degree() - raised.degree())?;
-        let raised = raised.insert_knots(&missing(raised.space(), part))?;
+        let raised = raised.insert_knots(&missing(raised.space(), part, &seam))?;
         let space = raised.space();
         let (p, flat) = (space.degree(), space.flat());
         // The vertex at a is the first one that the span behind the last copy of a knows; the one at b the last before b.
         let first = flat[..=space.unrolled_len()].partition_point(|k| *k <= a) - 1 - p;
-        let last = flat[p..].partition_point(|k| *k < b) + p - 1;
+        // One beyond the seam is there once more, as many later as there are.
+        let beyond = if b > space.domain().1 { space.len() } else { 0 };
+        let end = seam.wrapped(b);
+        let last = flat[p..].partition_point(|k| *k < end) + p - 1 + beyond;
         if last != first + part.len() - 1 {
             return Err(FineTuneError::Contradiction(format!(
                 "the part from {a} to {b} has knots too near to others to be put back: choose other ends"
@@ -62,17 +76,55 @@ impl Host {
     }
 }
 
+/// Parameters of a part that goes over the seam of a closed curve as those of its period.
+struct Seam {
+    start: f64,
+    end: f64,
+    /// What knots of the next period are in this one, to the bit.
+    again: Vec<(f64, f64)>,
+}
+
+impl Seam {
+    fn new(curve: &Curve, (a, b): (f64, f64)) -> Result<Self> {
+        let (start, end) = curve.domain();
+        if b <= end {
+            return Ok(Self { start, end, again: Vec::new() });
+        }
+        let (own, turned) = (curve.space().breakpoints(), curve.started_at(a)?.space().breakpoints());
+        let beyond = turned.partition_point(|t| *t < end);
+        let mut again: Vec<_> = turned[beyond..].iter().copied().zip(own).collect();
+        // The last is where the part starts, which need be no knot.
+        if let (Some(last), Some(t)) = (again.last_mut(), turned.last()) {
+            *last = (*t, a);
+        }
+        Ok(Self { start, end, again })
+    }
+
+    /// A parameter in the period; its end only where the part ends there.
+    fn wrapped(&self, t: f64) -> f64 {
+        let known = self.again.binary_search_by(|(knot, _)| knot.total_cmp(&t));
+        match known {
+            Ok(at) => self.again[at].1,
+            Err(_) if t <= self.end => t,
+            Err(_) => t - (self.end - self.start),
+        }
+    }
+}
+
 /// The knots that a space lacks to have those of a part inside it, and at its ends as many as the degree.
-fn missing(space: &Space, part: &Space) -> Vec<f64> {
+fn missing(space: &Space, part: &Space, seam: &Seam) -> Vec<f64> {
     let ((a, b), degree) = (part.domain(), space.degree());
     let ends = space.domain();
     let wanted = |t: f64| if t == a || t == b { degree } else { part.multiplicity(t) };
     let lacking = |t: f64| {
+        let own = seam.wrapped(t);
         let open_end = !space.is_periodic() && (t == ends.0 || t == ends.1);
         // Around a period both ends are one knot.
-        let again = space.is_periodic() && (a, t) == ends;
-        let times = if open_end || again { 0 } else { wanted(t).saturating_sub(space.multiplicity(t)) };
-        std::iter::repeat_n(t, times)
+        let again = space.is_periodic() && t == b && ((a, t) == ends || own == a);
+        let times = if open_end || again { 0 } else { wanted(t).saturating_sub(space.multiplicity(own)) };
+        std::iter::repeat_n(own, times)
     };
-    part.breakpoints().into_iter().flat_map(lacking).collect()
+    let mut all: Vec<f64> = part.breakpoints().into_iter().flat_map(lacking).collect();
+    all.sort_by(f64::total_cmp);
+    all
 }

@@ -89,13 +89,19 @@ fn apart(first: &Alpha, values: &[f64]) -> Result<f64> {
     Ok(mean(&mass(first)?, first.values(), values, first.along().length() * across))
 }
 
-/// What there is to say where α was changed by so much from one that was asked for so far from 1.
-pub(crate) fn undone(change: f64, asked: f64) -> Option<&'static str> {
+/// What there is to say where α was changed by so much from one that was asked for so far from 1; and whether it is held somewhere.
+pub(crate) fn undone(change: f64, asked: f64, held: bool) -> Option<String> {
     let is_undone = asked > 1e-9 && change > 0.5 * asked;
-    is_undone.then_some(
-        "more than half of what was asked is undone so that the ends stay: give alpha more knots, tune a longer range, or hold it where it \
-         matters (alpha_at)",
-    )
+    let hold = if held {
+        ", or tune a longer range"
+    } else {
+        ", tune a longer range, or hold it where it matters (alpha_at)"
+    };
+    is_undone.then(|| {
+        format!(
+            "more than half of what was asked is undone so that the ends stay: give alpha more knots{hold}"
+        )
+    })
 }
 
 /// `((y - x)ᵀ M (y - x) / measure)^½`.

@@ -55,7 +55,7 @@ const FIELDS: [Field; 15] = [
     ),
     Field::optional(
         "ends",
-        "\"exact\" | \"free\" | \"position\" | \"tangent\" | \"curvature\"",
+        "\"exact\" | \"free\" | \"position\" | \"tangent\" | \"curvature\"; of a surface one or [along u, along v]",
         "exact",
         "exact: the ends stay, because alpha is changed for it as little as it can be; free: the start stays; the others turn and scale \
          the whole, and put the outermost one, two or three control vertices at either end back to where they were",
@@ -180,7 +180,10 @@ impl Operation for FineTuneOperation {
             tune = tune.through(at, to);
         }
         for (k, place) in places(parameters, "alpha_at")?.iter().enumerate() {
-            let value = position(place.number("at")?).on(1).axis(Axis::X).to(place.number("to")?);
+            let value = position(over_the_seam(place.number("at")?, &curve, range))
+                .on(1)
+                .axis(Axis::X)
+                .to(place.number("to")?);
             tune = tune.ask(value.called(&format!("alpha_at[{k}]")));
         }
         let mut names = SceneShapes::new(scene, &object)?;
@@ -352,15 +355,34 @@ fn range(parameters: &Parameters) -> Result<Option<(f64, f64)>, ParameterError> 
     }
 }
 
+/// A place as the α of a range knows it that goes over the seam of a closed curve.
+fn over_the_seam(at: f64, curve: &Curve, range: Option<(f64, f64)>) -> f64 {
+    let again = at + curve.space().length();
+    let is_beyond = |(a, b): (f64, f64)| curve.is_periodic() && at < a && again <= b;
+    if range.is_some_and(is_beyond) { again } else { at }
+}
+
+const ENDS: [(&str, Ends); 5] = [
+    ("exact", Ends::Exact),
+    ("free", Ends::Free),
+    ("position", Ends::Position),
+    ("tangent", Ends::Tangent),
+    ("curvature", Ends::Curvature),
+];
+
 fn ends(parameters: &Parameters) -> Result<Ends, ParameterError> {
-    const WORDS: [(&str, Ends); 5] = [
-        ("exact", Ends::Exact),
-        ("free", Ends::Free),
-        ("position", Ends::Position),
-        ("tangent", Ends::Tangent),
-        ("curvature", Ends::Curvature),
-    ];
-    if parameters.has("ends") { parameters.choice("ends", &WORDS) } else { Ok(Ends::default()) }
+    if parameters.has("ends") { parameters.choice("ends", &ENDS) } else { Ok(Ends::default()) }
+}
+
+/// The same of a surface: of both directions, or one for each.
+fn ends_of_both(parameters: &Parameters) -> Result<[Ends; 2], ParameterError> {
+    let Some([u, v]) = parameters.value("ends").and_then(|ends| ends.as_array()).map(Vec::as_slice) else {
+        return Ok([ends(parameters)?; 2]);
+    };
+    let each = |name: &str, value: &_| {
+        Parameters::empty(parameters.path()).with(name, Clone::clone(value)).choice(name, &ENDS)
+    };
+    Ok([each("ends[0]", u)?, each("ends[1]", v)?])
 }
 
 fn continuity(parameters: &Parameters) -> Result<u8, ParameterError> {

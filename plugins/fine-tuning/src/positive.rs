@@ -5,10 +5,7 @@ use loftsman_kernel::spline::{Direction, Space};
 use loftsman_kernel::text::{counted, short};
 
 use crate::error::{FineTuneError, Result};
-use crate::lift::Alpha;
-
-/// A place of α: parameters (the second counts for nets only), and from which side each is looked at.
-pub(crate) type Place = ((f64, f64), [Side; 2]);
+use crate::lift::{Alpha, Place};
 
 /// In how many parts each span is looked at: of α of one parameter, and of two.
 const PARTS: [usize; 2] = [32, 8];

@@ -228,7 +228,7 @@ impl FineTuneSurface {
             let Some((a, b)) = self.region[index(direction)] else { continue };
             let (start, end) = self.surface.space(direction).domain();
             if !(a < b && start <= a && b <= end) {
-                return Err(FineTuneError::Range { from: a, to: b, start, end });
+                return Err(FineTuneError::Range { from: a, to: b, start, end, periodic: false });
             }
             let (ends, side) = (self.ends[index(direction)], self.ends[index(across(direction))]);
             let torn = match &self.scaling {

@@ -52,7 +52,7 @@ impl FineTuneSurface {
             let change = change(&first, &found)?;
             report.change[index(direction)] = change;
             if change > 0.0
-                && let Some(words) = undone(change, measure::asked(&first)?)
+                && let Some(words) = undone(change, measure::asked(&first)?, !self.pinned.is_empty())
             {
                 report.notes.push(format!("along {}, {words}", name(direction)));
             }

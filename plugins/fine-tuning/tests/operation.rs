@@ -341,6 +341,14 @@ fn surfaces_in_recipes() {
     let (start, p, q) =
         (sheet.point(0.0, 0.0).unwrap(), sheet.point(2.2, 3.3).unwrap(), after.point(2.2, 3.3).unwrap());
     assert!((start + (p - start) * 0.5 - q).norm() < 1e-10);
+    // The ends of each direction for themselves.
+    let tuned = |ends: Value| {
+        let mut scene = one.clone();
+        run(&mut scene, json!({ "alpha_v": 0.5, "ends": ends }))
+            .map(|_| scene.surface("sheet").unwrap().clone())
+    };
+    assert_eq!(tuned(json!(["exact", "free"])).unwrap(), tuned(json!("free")).unwrap());
+    assert_ne!(tuned(json!(["free", "exact"])).ok(), tuned(json!("free")).ok(), "along v the ends stay");
     let fails = |fields: Value| {
         let mut scene = one.clone();
         let error = run(&mut scene, fields).unwrap_err().to_string();
@@ -353,7 +361,12 @@ fn surfaces_in_recipes() {
         (json!({ "alpha": [[1, 2]], "direction": "u" }), "step[0].alpha[0]"),
         (json!({ "alpha_u": [1, 2] }), "2 values where the derivative's own knots have 5"),
         (json!({ "alpha_u": 2, "direction": "u" }), "stands beside"),
-        (json!({ "alpha_u": 2, "lock": [0] }), "not for surfaces"),
+        (json!({ "alpha_u": 2, "lock": [0] }), "tune a part (range)"),
+        (
+            json!({ "alpha_u": 2, "constraints": [{ "kind": "position", "at": [1, 1], "keep": true }] }),
+            "alpha_at",
+        ),
+        (json!({ "alpha_u": 2, "ends": ["free", "loose"] }), "step[0].ends[1]"),
         (json!({ "alpha_u": 2, "range": [1, 2] }), "[[u0, u1], [v0, v1]]"),
     ] {
         let error = fails(fields.clone());

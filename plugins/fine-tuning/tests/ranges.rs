@@ -181,3 +181,95 @@ fn a_range_that_is_the_whole() {
         assert!((is - was).abs() < 1e-10 * was.abs(), "{was} {is}");
     }
 }
+
+/// A part over the seam of a closed curve is the same as one of the curve begun elsewhere; what is outside does not move, and the period stays where it was.
+#[test]
+fn a_range_over_the_seam() {
+    let mut cases = 0;
+    for degree in 2..=5 {
+        for seed in 0..6 {
+            let random = &mut Random(100 * degree as u64 + seed);
+            let curve = ring(degree, 12, [1e-6, 1.0, 1e6][seed as usize % 3], true, random);
+            let (start, end) = curve.domain();
+            let knots = curve.space().breakpoints();
+            // At knots, between them, once round, to the seam's own knot.
+            let (a, b) = match seed {
+                0 => (knots[8], end + (knots[3] - start)),
+                1 => (0.5 * (knots[9] + knots[10]), end + 0.3 * (knots[1] - start)),
+                2 => (knots[5], knots[5] + (end - start)),
+                3 => (end - 0.4 * (end - knots[11]), end + 1.7),
+                4 => (knots[7] + 0.1, end + (knots[1] - start)),
+                _ => (0.2 * start + 0.8 * end, end + 0.2 * (end - start)),
+            };
+            let alpha = alpha_on(degree - 1, (a, b), random);
+            let tuned = FineTune::new(&curve, alpha.clone()).between(a, b);
+            let middle = 0.47 * a + 0.53 * b;
+            let inside = middle - if middle > end { end - start } else { 0.0 };
+            let bent = loftsman_kernel::functional::curvature(inside).scale(1.1);
+            let tunes = [tuned.clone(), tuned.clone().ask(area().keep()), tuned.ask(bent)];
+            for (k, tune) in tunes.iter().enumerate() {
+                let case = format!("degree {degree}, {seed}, {k}");
+                let found = tune.solve().unwrap_or_else(|error| panic!("{case}: {error}"));
+                let found = found.curve();
+                assert_eq!((found.domain(), found.is_periodic()), ((start, end), true), "{case}");
+                let size = curve.points().iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+                let mut most = 0.0_f64;
+                for i in 0..400 {
+                    let u = start + (end - start) * (f64::from(i) + 0.3) / 400.0;
+                    let moved = (found.point(u).unwrap() - curve.point(u).unwrap()).norm();
+                    let outside = u < a && u > b - (end - start);
+                    assert!(!outside || moved < 1e-13 * size, "{case}: {u} moved by {moved:e}");
+                    most = most.max(moved);
+                }
+                assert!(most > 1e-5 * size, "{case}: {most:e}");
+                if k == 1 {
+                    let (was, is) = (area_of(&curve).unwrap(), area_of(found).unwrap());
+                    assert!((was - is).abs() < 1e-10 * was.abs(), "{case}: {was} {is}");
+                }
+                if k == 2 {
+                    let bend = |c: &Curve| {
+                        c.derivative(inside, 2).unwrap().cross(&c.derivative(inside, 1).unwrap()).norm()
+                            / c.derivative(inside, 1).unwrap().norm().powi(3)
+                    };
+                    assert!(
+                        (bend(found) / bend(&curve) - 1.1).abs() < 1e-8,
+                        "{case}: {}",
+                        bend(found) / bend(&curve)
+                    );
+                }
+                if k == 0 && seed != 2 {
+                    // On the other side, so that neither is at the seam.
+                    let other = curve.started_at(0.5 * (b - (end - start) + a)).unwrap();
+                    let lag = if other.domain().0 > a { end - start } else { 0.0 };
+                    let shifted = |t: &f64| t + lag;
+                    let space =
+                        Space::open(degree - 1, alpha.space().knots().iter().map(shifted).collect()).unwrap();
+                    let moved = Function::new(space, alpha.coefficients().to_vec()).unwrap();
+                    let there =
+                        FineTune::new(&other, moved.clone()).between(a + lag, b + lag).solve().unwrap();
+                    for i in 0..200 {
+                        let u = start + (end - start) * f64::from(i) / 200.0;
+                        let off = (there.curve().point(u).unwrap() - found.point(u).unwrap()).norm();
+                        assert!(off < 1e-10 * size, "{case}: {u}, {off:e}");
+                    }
+                }
+                cases += 1;
+            }
+        }
+    }
+    assert_eq!(cases, 72);
+    // What is given round the whole period goes over the seam, too; and what cannot be is told.
+    let curve = ring(3, 12, 1.0, true, &mut Random(5));
+    let (start, end) = curve.domain();
+    let values: Vec<f64> = (0..12).map(|k| 1.0 + 0.1 * f64::from(k % 4)).collect();
+    let alpha = alpha_of(&curve, values).unwrap();
+    let tuned = FineTune::new(&curve, alpha.clone()).between(end - 3.0, end + 3.5).solve().unwrap();
+    assert_eq!(tuned.curve().domain(), (start, end));
+    let text =
+        |a: f64, b: f64| FineTune::new(&curve, alpha.clone()).between(a, b).solve().unwrap_err().to_string();
+    assert!(text(end - 3.0, start + 2.0).contains("over the seam"), "{}", text(end - 3.0, start + 2.0));
+    assert!(text(end - 3.0, 2.0 * end).contains("once round"), "{}", text(end - 3.0, 2.0 * end));
+    let open = Function::constant(Space::clamped(2, &curve.space().breakpoints()).unwrap(), 1.1).unwrap();
+    let error = FineTune::new(&curve, open).between(end - 3.0, end + 2.0).solve().unwrap_err().to_string();
+    assert!(error.contains("not periodic"), "{error}");
+}

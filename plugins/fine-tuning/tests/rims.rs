@@ -166,7 +166,7 @@ fn patch() -> Surface {
 #[test]
 fn a_part_that_cannot_change_is_refused() {
     let surface = patch();
-    let (mut refused, mut changed) = (0, 0);
+    let (mut refused, mut changed, mut followed) = (0, 0, 0);
     for case in 0..40 {
         let random = &mut Random(500 + case);
         let (u, v) = (0.2 + 2.0 * random.next(), 0.2 + 1.0 * random.next());
@@ -179,7 +179,42 @@ fn a_part_that_cannot_change_is_refused() {
         match tune.solve() {
             Err(error) => {
                 refused += 1;
-                assert!(error.to_string().contains("only α = 1 keeps them"), "{error}");
+                let (mut error, mut values) = (error.to_string(), [along.len(), across.len()]);
+                // As many values as it says that are needed, and no more.
+                for more in 0..3 {
+                    assert!(more < 2 || error.contains("only α = 1 keeps them"), "{case}: {error}");
+                    let found = |before: &str, after: &str| {
+                        let start = error.rfind(before)? + before.len();
+                        error[start..].split(after).next()?.parse::<usize>().ok()
+                    };
+                    values[0] = found("give α at least ", " values along u")
+                        .unwrap_or_else(|| panic!("{case}: {error}"));
+                    let across = found(" values along u and ", " across (").or(found("with the ", " across"));
+                    values[1] = across.unwrap();
+                    let line = |a: f64, b: f64, n: usize| {
+                        let (degree, n) = (2.min(n - 1), n as f64);
+                        let spans = n - degree as f64;
+                        let at =
+                            |k: usize| if k as f64 == spans { b } else { a + (b - a) * k as f64 / spans };
+                        Space::clamped(degree, &(0..=spans as usize).map(at).collect::<Vec<_>>()).unwrap()
+                    };
+                    let alpha = Field::new(
+                        line(u, up, values[0]),
+                        line(v, vp, values[1]),
+                        (0..values[0] * values[1]).map(|k| 0.8 + 0.01 * (k % 7) as f64).collect(),
+                    );
+                    let again = FineTuneSurface::new(&surface, Scaling::along(Direction::U, alpha.unwrap()))
+                        .between(Direction::U, u, up)
+                        .between(Direction::V, v, vp)
+                        .any_sign();
+                    match again.solve() {
+                        Ok(_) => {
+                            followed += 1;
+                            break;
+                        }
+                        Err(other) => error = other.to_string(),
+                    }
+                }
             }
             Ok(tuned) => {
                 let (mut most, mid) = (0.0_f64, 0.5 * (v + vp));
@@ -194,6 +229,7 @@ fn a_part_that_cannot_change_is_refused() {
         }
     }
     assert!(refused > 5 && refused + changed == 40, "{refused} {changed}");
+    assert_eq!(followed, refused, "what a refusal says that is needed is enough");
 }
 
 /// The curvature at a place made twice as big, both edges kept.
@@ -293,4 +329,32 @@ fn digits_that_high_degrees_lose_are_told() {
         }
     }
     assert!(told >= 12 && silent >= 30, "{told} told, {silent} silent");
+}
+
+/// A knot that tears a shape is told as that, whatever α is, and the pieces can be tuned.
+#[test]
+fn torn_shapes_are_told() {
+    for degree in 1..=5 {
+        let mut knots = vec![0.0; degree + 1];
+        knots.push(1.0);
+        knots.extend(vec![2.0; degree + 1]);
+        knots.extend(vec![3.0; degree + 1]);
+        let n = knots.len() - degree - 1;
+        let points: Vec<Point> = (0..n).map(|k| Point::new(k as f64, (k * k % 5) as f64, 0.0)).collect();
+        let space = Space::open(degree, knots).unwrap();
+        let curve = Curve::new(space.clone(), points.clone()).unwrap();
+        let alpha = Function::constant(Space::clamped(0, &[0.0, 3.0]).unwrap(), 1.5).unwrap();
+        let error = FineTune::new(&curve, alpha).solve().unwrap_err().to_string();
+        let told = format!("torn at 2, where a knot is repeated {} times (its degree {degree}", degree + 1);
+        assert!(error.contains(&told) && error.contains("split"), "{error}");
+        let rows = points.iter().flat_map(|p| [*p, p + Vector::z()]).collect();
+        let surface = Surface::new(space, Space::clamped(1, &[0.0, 1.0]).unwrap(), rows).unwrap();
+        let error = surface_alpha_spaces(&surface).unwrap_err().to_string();
+        assert!(error.contains(&told), "{error}");
+        for piece in curve.split(2.0).unwrap() {
+            let (a, b) = piece.domain();
+            let alpha = Function::constant(Space::clamped(0, &[a, b]).unwrap(), 1.5).unwrap();
+            assert!(FineTune::new(&piece, alpha).ends(Ends::Free).solve().is_ok());
+        }
+    }
 }

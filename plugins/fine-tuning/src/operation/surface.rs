@@ -8,8 +8,8 @@ use loftsman_kernel::spline::algebra::{Field as Net, Function};
 use loftsman_kernel::spline::{Direction, Surface};
 use loftsman_kernel::text::figure;
 
-use super::{check_solved, continuity, ends, function, places, short, space};
-use crate::{FineTuneSurface, Scaling, SurfaceReport, surface_alpha_of, surface_alpha_spaces};
+use super::{check_solved, continuity, ends_of_both, function, places, short, space};
+use crate::{Ends, FineTuneSurface, Scaling, SurfaceReport, surface_alpha_of, surface_alpha_spaces};
 
 /// The tuned surface, and what is told of it.
 pub(super) fn tuned(
@@ -17,14 +17,26 @@ pub(super) fn tuned(
     surface: &Surface,
     solver: Arc<dyn Solver>,
 ) -> Result<(Surface, StepReport), OperationError> {
-    const CURVES: [&str; 3] = ["through", "constraints", "lock"];
-    if let Some(name) = CURVES.into_iter().find(|name| parameters.has(name)) {
-        return Err(parameters.error(name, "is not for surfaces").into());
+    const CURVES: [(&str, &str); 3] = [
+        (
+            "through",
+            "is not for surfaces: bring points of the tuned surface to where they should be in a step of its own (edit)",
+        ),
+        (
+            "constraints",
+            "is not for surfaces: hold alpha where it matters (alpha_at), or constrain the tuned surface in a step of its own (edit)",
+        ),
+        ("lock", "is for meshes and polylines: of a surface tune a part (range), and nothing else changes"),
+    ];
+    if let Some((name, problem)) = CURVES.into_iter().find(|(name, _)| parameters.has(name)) {
+        return Err(parameters.error(name, problem).into());
     }
-    let ends = ends(parameters)?;
-    check_solved(parameters, ends)?;
+    let ends = ends_of_both(parameters)?;
+    let solved = if ends.contains(&Ends::Exact) { Ends::Exact } else { ends[0] };
+    check_solved(parameters, solved)?;
     let scaling = scaling(parameters, surface)?;
-    let mut tune = FineTuneSurface::new(surface, scaling.clone()).ends(ends);
+    let mut tune = FineTuneSurface::new(surface, scaling.clone());
+    tune = tune.ends_along(Direction::U, ends[0]).ends_along(Direction::V, ends[1]);
     for place in places(parameters, "alpha_at")? {
         let direction = match &scaling {
             Scaling::Directional { u: Some(_), v: None } => Direction::U,
