@@ -404,3 +404,34 @@ fn teeth_of_a_comb_are_read_by_the_scale_bar() {
         assert!((number(largest) * radius - 1.0).abs() < 6e-3, "{radius}: {largest}");
     }
 }
+
+/// A mark behind a face is pale, and that is said; one on the face that is seen, and one beside it, are not.
+#[test]
+fn marks_behind_faces_are_pale() {
+    let scene = scene_of(sheet(5, |_, _| 0.0).into());
+    let mark = |z: f64| Mark {
+        object: "s".into(),
+        kind: MarkKind::Kept,
+        position: Point::new(0.1, 0.1, z),
+        before: Point::new(0.1, 0.1, z),
+        vector: None,
+        label: "kept".into(),
+        spot: None,
+        track: None,
+    };
+    let drawn = |z: f64| {
+        let marks = [mark(z)];
+        Picture::of(&scene).marks(&marks).view(View::Top).faces(Faces::Shaded).drawn()
+    };
+    let fill = |svg: &str| {
+        let group = svg.split("class=\"mark kept\"").nth(1).unwrap().split("</g>").next().unwrap().to_owned();
+        group.split("fill=\"").nth(1).unwrap()[..7].to_owned()
+    };
+    let (on, before, behind) = (drawn(0.0), drawn(0.4), drawn(-0.4));
+    assert_eq!(fill(&on), fill(&before));
+    let light =
+        |hex: &str| (1..7).step_by(2).map(|i| u32::from_str_radix(&hex[i..i + 2], 16).unwrap()).sum::<u32>();
+    assert!(light(&fill(&behind)) > light(&fill(&on)) + 200, "{} {}", fill(&behind), fill(&on));
+    let said = "pale marks are behind faces";
+    assert!(behind.contains(said) && !on.contains(said) && !before.contains(said));
+}

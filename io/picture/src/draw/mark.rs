@@ -9,7 +9,7 @@ use crate::sheet::{Layer, Sample, Sheet, Stroke};
 use crate::stage::{Spotlight, Stage};
 use crate::svg::{Element, escaped, length};
 use crate::text;
-use crate::theme::Theme;
+use crate::theme::{Color, Theme};
 use crate::view::Lens;
 
 /// The radius of the largest glyph, in millimetres.
@@ -25,12 +25,42 @@ const LABELLED: usize = 40;
 /// Marks that are drawn.
 const MOST: usize = 5000;
 
+/// How much of the paper is in the colours of marks that are behind faces.
+const BEHIND: f64 = 0.6;
+
+/// What a mark is drawn with.
+#[derive(Clone, Copy)]
+struct Inks {
+    ink: Color,
+    accent: Color,
+    paper: Color,
+    /// Whether nothing but paper is around it, or faces.
+    halo: bool,
+}
+
+impl Inks {
+    fn new(theme: Theme) -> Self {
+        Self { ink: theme.ink(), accent: theme.accent(), paper: theme.paper(), halo: false }
+    }
+
+    /// Those of a mark that may be behind faces: pale.
+    fn of(sheet: &Sheet, hidden: bool) -> Self {
+        let own = Self { halo: sheet.depth.is_some() && !hidden, ..Self::new(sheet.theme) };
+        let pale = |color: Color| if hidden { color.mixed(own.paper, BEHIND) } else { color };
+        Self { ink: pale(own.ink), accent: pale(own.accent), ..own }
+    }
+}
+
 /// Draws all marks and asks for their labels; marks at one place share one label.
 pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, labels: bool) {
     let mut groups: Vec<Label> = Vec::new();
+    let mut behind = 0;
     for light in stage.marks.iter().take(MOST) {
         let spot = sheet.spot(&light.position);
-        let glyph = glyph(sheet, stage, light, spot);
+        let hidden = sheet.hides(&light.position);
+        behind += usize::from(hidden);
+        let inks = Inks::of(sheet, hidden);
+        let glyph = glyph(sheet, stage, light, (spot, inks));
         let group = format!(
             "<g class=\"mark {}\">\n<title>{}</title>\n{glyph}</g>\n",
             class(light.mark.kind),
@@ -53,6 +83,9 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, labels: bool) {
             }
             _ => {}
         }
+    }
+    if behind > 0 {
+        sheet.caption.note("pale marks are behind faces".to_owned());
     }
     if stage.marks.len() > MOST {
         sheet.caption.note(format!("{MOST} of {} marks are drawn", stage.marks.len()));
@@ -84,17 +117,17 @@ fn label(kind: MarkKind) -> &'static str {
     }
 }
 
-fn glyph(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>, spot: Spot) -> String {
+fn glyph(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>, (spot, inks): (Spot, Inks)) -> String {
     let theme = sheet.theme;
     let mut out = String::new();
     match light.mark.kind {
         MarkKind::Moved => {
             let from = sheet.spot(&light.before);
             ink_arrow(sheet, from, spot, 6);
-            if sheet.depth.is_some() {
+            if inks.halo {
                 out.push_str(&halo(theme, from, spot, 0.45));
             }
-            out.push_str(&arrow(from, spot, theme.accent().hex(), 0.45));
+            out.push_str(&arrow(from, spot, inks.accent.hex(), 0.45));
         }
         MarkKind::Direction => {
             if let Some(direction) = light.vector.and_then(|v| unit(sheet.layout.shift(&light.position, &v)))
@@ -102,16 +135,16 @@ fn glyph(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>, spot: Spot
                 let length = within(sheet, spot, direction);
                 let to = [0, 1].map(|i| spot[i] + direction[i] * length);
                 ink_arrow(sheet, spot, to, 5);
-                if sheet.depth.is_some() {
+                if inks.halo {
                     out.push_str(&halo(theme, spot, to, 0.3));
                 }
-                out.push_str(&arrow(spot, to, theme.ink().hex(), 0.3));
+                out.push_str(&arrow(spot, to, inks.ink.hex(), 0.3));
             }
         }
-        MarkKind::Curvature => out.push_str(&osculating(sheet, stage, light)),
+        MarkKind::Curvature => out.push_str(&osculating(sheet, stage, light, inks.ink)),
         _ => {}
     }
-    out.push_str(&point(theme, light.mark.kind, spot));
+    out.push_str(&glyph_at(inks, light.mark.kind, spot));
     // The whole glyph, not its middle alone.
     for [x, y] in [[RADIUS, 0.0], [0.0, RADIUS]] {
         sheet.ink.segment([spot[0] - x, spot[1] - y], [spot[0] + x, spot[1] + y], 8);
@@ -159,9 +192,13 @@ pub(crate) fn reaches(light: &Spotlight<'_>, lens: Lens) -> Vec<Spot> {
 }
 
 /// The glyph at the place itself.
-pub(crate) fn point(theme: Theme, kind: MarkKind, [x, y]: Spot) -> String {
+pub(crate) fn point(theme: Theme, kind: MarkKind, spot: Spot) -> String {
+    glyph_at(Inks::new(theme), kind, spot)
+}
+
+fn glyph_at(inks: Inks, kind: MarkKind, [x, y]: Spot) -> String {
     let circle = |radius: f64| Element::new("circle").length("cx", x).length("cy", y).length("r", radius);
-    let (ink, paper, accent) = (theme.ink().hex(), theme.paper().hex(), theme.accent().hex());
+    let (ink, paper, accent) = (inks.ink.hex(), inks.paper.hex(), inks.accent.hex());
     match kind {
         MarkKind::Moved => {
             circle(0.95).attribute("fill", &accent).attribute("stroke", &paper).length("stroke-width", 0.2)
@@ -258,7 +295,7 @@ impl Arrow {
 
 /// An arc of the osculating circle about the mark, seen as the view sees it. The mark's vector is the curvature
 /// vector `κN`: the centre is at `N/κ`. Nothing where the curve is straight.
-fn osculating(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>) -> String {
+fn osculating(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>, ink: Color) -> String {
     let size = stage.projection.size;
     let Some(normal) = light.vector.map(|v| v * size) else { return String::new() };
     let curvature = normal.norm();
@@ -283,7 +320,7 @@ fn osculating(sheet: &mut Sheet, stage: &Stage<'_>, light: &Spotlight<'_>) -> St
         last = Some(spot);
         path.line_to(spot);
     }
-    Stroke::plain(sheet.theme.ink(), 0.25).dashed().path("osculating", path.finish()).empty()
+    Stroke::plain(ink, 0.25).dashed().path("osculating", path.finish()).empty()
 }
 
 #[cfg(test)]

@@ -2,7 +2,6 @@
 
 use super::Coefficient;
 use crate::error::{Error, Result};
-use crate::quadrature::binomial;
 use crate::space::{MAX_ORDER, Space};
 
 /// On each piece between neighbours of a partition, the `p + 1` B-splines that live there as Bernstein polynomials of it.
@@ -132,6 +131,19 @@ pub(super) fn partition(a: &Space, b: &Space) -> Result<Vec<f64>> {
 
 /// `C(p,s) C(q,t) / C(p+q,s+t)`, at `s (q + 1) + t`: what Bernstein polynomials give to the product of two.
 pub(super) fn mixed(p: usize, q: usize) -> Vec<f64> {
-    let one = |s, t| binomial(p, s) * binomial(q, t) / binomial(p + q, s + t);
-    (0..=p).flat_map(|s| (0..=q).map(move |t| one(s, t))).collect()
+    let (first, second, both) = (binomials(p), binomials(q), binomials(p + q));
+    let mut all = Vec::with_capacity((p + 1) * (q + 1));
+    for s in 0..=p {
+        all.extend((0..=q).map(|t| first[s] * second[t] / both[s + t]));
+    }
+    all
+}
+
+/// `C(n, k)` for `k` up to `n`, at most 50; each from the one before, exactly: what is divided is whole, and below 2⁵³.
+fn binomials(n: usize) -> [f64; 2 * MAX_ORDER - 1] {
+    let mut all = [1.0; 2 * MAX_ORDER - 1];
+    for k in 1..=n.min(all.len() - 1) {
+        all[k] = all[k - 1] * (n - k + 1) as f64 / k as f64;
+    }
+    all
 }

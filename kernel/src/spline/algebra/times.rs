@@ -1,10 +1,11 @@
 //! The exact product of two splines made once: piece by piece, with nothing kept for others.
 
+use smallvec::{SmallVec, smallvec};
+
 use super::bernstein::{mixed, partition};
 use super::product::{Runs, product_space};
 use super::{Coefficient, Function};
 use crate::error::Result;
-use crate::space::MAX_ORDER;
 
 /// The product of two functions, where each of its coefficients is a Bernstein coefficient of one of its pieces: where no factor is more than once
 /// continuously differentiable at its knots, as the derivative of a cubic is. `None` where one is; [`Space::product`] has those, too.
@@ -56,12 +57,13 @@ pub(super) fn times<A: Coefficient, B: Coefficient, C: Coefficient>(
 struct Segments<'a, T> {
     of: &'a Function<T>,
     span: usize,
-    own: [T; MAX_ORDER],
+    own: SmallVec<[T; 8]>,
 }
 
 impl<'a, T: Coefficient> Segments<'a, T> {
     fn new(of: &'a Function<T>) -> Self {
-        Self { of, span: of.space().degree(), own: [T::zero(); MAX_ORDER] }
+        let degree = of.space().degree();
+        Self { of, span: degree, own: smallvec![T::zero(); degree + 1] }
     }
 
     /// The `p + 1` Bernstein coefficients `f(x, …, x, y, …, y)` (polar forms, Ramshaw 1987) over `[x, y]`, which no knot is within. Each of
@@ -74,7 +76,7 @@ impl<'a, T: Coefficient> Segments<'a, T> {
             self.span += 1;
         }
         let span = self.span;
-        let own = &mut self.own[..=p];
+        let own = &mut self.own[..];
         for (j, own) in own.iter_mut().enumerate() {
             *own = self.of.at(space.vertex(span - p + j));
         }
