@@ -435,3 +435,37 @@ fn marks_behind_faces_are_pale() {
     let said = "pale marks are behind faces";
     assert!(behind.contains(said) && !on.contains(said) && !before.contains(said));
 }
+
+/// Lines of a surface that turns fast between two of them look round: with cells of one size chords turned by thirty degrees here.
+#[test]
+fn lines_that_turn_fast_look_round() {
+    // A step up between two flats.
+    let profile = |k: usize| match k {
+        0..=3 => [0.25 * k as f64, 0.0],
+        4 => [1.0, 0.0],
+        5 => [1.0, 0.1],
+        k => [1.0 + 0.25 * (k - 5) as f64, 0.1],
+    };
+    let space = Space::clamped_uniform(2, 10).unwrap();
+    let row = |k: usize| [0.0, 0.5].map(|y| Point::new(profile(k)[0], y, profile(k)[1]));
+    let points = (0..10).flat_map(row).collect();
+    let across = Space::clamped(1, &[0.0, 1.0]).unwrap();
+    let bent = scene_of(Surface::new(space, across, points).unwrap().into());
+    let svg = Picture::of(&bent).view(View::Isometric).faces(Faces::Shaded).drawn();
+    let mut most = 0.0_f64;
+    let path = svg.split("class=\"inner\" d=\"").nth(1).unwrap().split('"').next().unwrap();
+    {
+        for line in path.split('M').skip(1) {
+            let numbers: Vec<f64> =
+                line.split(|c: char| "LHVZ, ".contains(c)).filter_map(|n| n.parse().ok()).collect();
+            let spots: Vec<[f64; 2]> = numbers.chunks_exact(2).map(|p| [p[0], p[1]]).collect();
+            for w in spots.windows(3) {
+                let (a, b) = ([w[1][0] - w[0][0], w[1][1] - w[0][1]], [w[2][0] - w[1][0], w[2][1] - w[1][1]]);
+                let (sin, cos) = (a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]);
+                most = most.max(sin.atan2(cos).abs().to_degrees());
+            }
+        }
+    }
+    assert!(most > 1.0 && most < 20.0, "{most}");
+    println!("most {most}");
+}

@@ -15,6 +15,15 @@ const MANY: usize = 200;
 /// Cells from one isoparametric line to the next, so that lines look round.
 const CELLS: usize = 8;
 
+/// Cells are halved so often where chords turn by more than this, in radians, and are as far from the surface, in units of the stage (two are the page): a
+/// fortieth of a millimetre.
+const FINER: usize = 3;
+const TURN: f64 = 0.14;
+const SAGITTA: f64 = 3e-4;
+
+/// Of more surfaces than this none has finer cells.
+const FEW: usize = 12;
+
 /// What a row or column of the grid is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Line {
@@ -42,6 +51,43 @@ pub(crate) struct Samples {
 }
 
 impl Samples {
+    fn new(surface: &Surface, lines: usize, cells: [usize; 2]) -> Self {
+        let (u, rows) = parameters(surface.u(), lines, cells[0]);
+        let (v, columns) = parameters(surface.v(), lines, cells[1]);
+        let mut points = Vec::with_capacity(u.len() * v.len());
+        for &u in &u {
+            for &v in &v {
+                // The parameters are in the domain; a failure could only repeat the point before.
+                let last = points.last().copied().unwrap_or_else(Vector::zeros);
+                points.push(surface.point(u, v).map_or(last, |p| p.coords));
+            }
+        }
+        Self { points, u, v, rows, columns }
+    }
+
+    /// Whether lines along `u`, or along `v`, look like polygons, but at corners, which stay.
+    fn is_rough(&self, surface: &Surface, along_u: bool) -> bool {
+        let width = self.columns.len();
+        let (space, at, lines, step, other) = if along_u {
+            (surface.u(), &self.u, &self.rows, width, width)
+        } else {
+            (surface.v(), &self.v, &self.columns, 1, self.rows.len())
+        };
+        let smooth = |k: &usize| {
+            let tears = [k - 1, *k].iter().any(|k| lines[*k] == Line::Tear);
+            !tears && space.multiplicity(at[*k]) < space.degree()
+        };
+        (1..at.len() - 1).filter(smooth).any(|k| {
+            (0..other).any(|line| {
+                let middle = k * step + if along_u { line } else { line * width };
+                let [a, b, c] = [middle - step, middle, middle + step].map(|i| self.points[i]);
+                let (before, after) = (b - a, c - b);
+                let turns = before.angle(&after) > TURN;
+                turns && (after - before).norm() > 8.0 * SAGITTA
+            })
+        })
+    }
+
     /// Takes back tears on both sides of which the surface is the same: it may be torn there, but is not.
     fn mend(&mut self) {
         let (height, width) = (self.rows.len(), self.columns.len());
@@ -76,17 +122,18 @@ pub(crate) fn samples(surface: &Surface, among: usize, finer: usize) -> Samples 
     };
     let lines = if among > MANY { 1 } else { LINES };
     let cells = cells * finer * (LINES / lines);
-    let (u, rows) = parameters(surface.u(), lines, cells);
-    let (v, columns) = parameters(surface.v(), lines, cells);
-    let mut points = Vec::with_capacity(u.len() * v.len());
-    for &u in &u {
-        for &v in &v {
-            // The parameters are in the domain; a failure could only repeat the point before.
-            let last = points.last().copied().unwrap_or_else(Vector::zeros);
-            points.push(surface.point(u, v).map_or(last, |p| p.coords));
+    let mut grid = Samples::new(surface, lines, [cells; 2]);
+    let mut finest = [cells; 2];
+    // Where lines turn so fast that they look like polygons, more cells. Of many surfaces each is small.
+    for _ in 0..FINER {
+        let rough = [true, false].map(|along_u| among <= FEW && grid.is_rough(surface, along_u));
+        let next = [0, 1].map(|k| if rough[k] { 2 * finest[k] } else { finest[k] });
+        if next == finest {
+            break;
         }
+        finest = next;
+        grid = Samples::new(surface, lines, finest);
     }
-    let mut grid = Samples { points, u, v, rows, columns };
     grid.mend();
     grid
 }
