@@ -539,6 +539,44 @@ fn a_boundary_along_seams_that_close_has_each_of_them_once() {
     assert!(brep.is_closed(&[0]));
 }
 
+/// Boundaries of balls and tori with a hole over the seam: laid out they run counterclockwise, and no further around than the surface goes, whichever way round files have them and
+/// whichever use of a seam that closes comes first. A boundary whose seams bound nothing runs clockwise about the hole.
+#[test]
+fn boundaries_over_seams_have_the_face_to_their_left() {
+    for (name, closes, hole) in [
+        ("bitten_ball", [true, false], false),
+        ("bitten_sphere", [true, false], false),
+        ("bitten_torus", [true, true], false),
+        ("bitten_corner", [true, true], true),
+    ] {
+        let path = format!("{}/../../tests/data/made/{name}.igs", env!("CARGO_MANIFEST_DIR"));
+        let (scene, report) = read(&std::fs::read_to_string(path).unwrap()).unwrap();
+        let Geometry::Brep(brep) = only(&scene) else { panic!("{report:?}") };
+        let curves = brep.parameter_curves(0).unwrap();
+        let mut places: Vec<[f64; 2]> = Vec::new();
+        for (one, found) in brep.loops(0)[0].iter().zip(&curves[0]) {
+            let (from, to) = found.curve.range();
+            for k in 0..=40 {
+                let share = f64::from(if one.reversed { 40 - k } else { k }) / 40.0;
+                let p = found.curve.curve().point((from + (to - from) * share).min(to)).unwrap();
+                places.push([p.x, p.y]);
+            }
+        }
+        let next = places.iter().skip(1).chain(places.first());
+        let area: f64 = places.iter().zip(next).map(|(a, b)| 0.5 * (a[0] * b[1] - a[1] * b[0])).sum();
+        assert_eq!((area > 0.0) != brep.is_reversed(0), !hole, "{name}: {area}");
+        let surface = brep.surface(0).unwrap();
+        for (d, space) in
+            [surface.u(), surface.v()].into_iter().enumerate().filter(|(d, _)| closes[*d] && !hole)
+        {
+            let low = places.iter().map(|p| p[d]).fold(f64::INFINITY, f64::min);
+            let high = places.iter().map(|p| p[d]).fold(f64::NEG_INFINITY, f64::max);
+            let turn = space.domain().1 - space.domain().0;
+            assert!(high - low <= turn * (1.0 + 1e-6), "{name}: {} of {turn}", high - low);
+        }
+    }
+}
+
 /// All four curves of that boundary end in one point: listed there and back at once, as files have them, they are a chain, too, which bounds nothing.
 #[test]
 fn seams_there_and_back_at_once_are_put_in_order() {

@@ -37,7 +37,8 @@
 //! **Writing.** AP242. Each object is a product under its name, with its label; groups and definitions are assemblies, instances occurrences of a
 //! product that is written once, with colours of their own for what has none; so do objects that share a geometry. Curves, polylines, points, surfaces and trimmed surfaces go into geometric sets, Breps out as solids or surface
 //! models, their faces and edges as what they are: planes, cylinders, extrusions and revolutions, lines, circles, conics, else B-splines, with the parameter curves that are known on
-//! these. Trimmed surfaces are bounded by their loops in parameters (`CURVE_BOUNDED_SURFACE`), exactly; meshes are tessellated shells of
+//! these. A face that meets itself along a seam and is no rectangle of its surface has those of all its edges, on a cylinder, a cone, a sphere and a torus, too: fitted to a tenth of their tolerance and
+//! measured, or none. Trimmed surfaces are bounded by their loops in parameters (`CURVE_BOUNDED_SURFACE`), exactly; meshes are tessellated shells of
 //! triangles. Numbers read back to the same bits.
 //! Periodic splines are opened and all are clamped, as other programs take other knots amiss. A transform that is no turn and shift is baked in. What a layer
 //! has beyond its name stands in its description.

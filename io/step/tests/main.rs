@@ -9,5 +9,6 @@ mod hostile;
 mod occurrences;
 mod parameters;
 mod round_trip;
+mod seams;
 mod sweeps;
 mod swept;

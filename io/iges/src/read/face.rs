@@ -7,6 +7,7 @@ use loftsman_kernel::{Point, Vector};
 use super::curve::Run;
 use super::entity::{At, Got, Problem, Reader};
 use super::surface::Sheet;
+use super::turned::turned;
 
 /// In loops of so many curves at most, seams are looked for: curves that are run through twice.
 const SEAMS: usize = 64;
@@ -126,17 +127,20 @@ impl<'a, 'r, 'f> OneFace<'a, 'r, 'f> {
         let mut covering = sheet.covering(&points, self.place)?;
         self.to_seams(&mut covering.form).at(self.place)?;
         self.tell_distance(&points, &covering.surface).at(self.place)?;
-        let mut loops = Vec::new();
+        let closed = closes(&covering.surface).at(self.place)?;
+        let (mut loops, mut outers) = (Vec::new(), Vec::new());
         for (mut chain, outer) in std::mem::take(&mut self.loops) {
             self.along_seams(&mut chain, &covering.surface, covering.reversed).at(self.place)?;
             // Loops run counterclockwise around the face as seen against its normal: files have them either way.
-            if let Some(area) = self.area(&chain, &covering.surface).at(self.place)?
-                && (area > 0.0) != (outer != covering.reversed)
+            if !closed
+                && (self.area(&chain, &covering.surface).at(self.place)? > 0.0)
+                    != (outer != covering.reversed)
             {
                 chain.reverse();
                 chain.iter_mut().for_each(|one| one.reversed = !one.reversed);
             }
             loops.push(chain);
+            outers.push(outer);
         }
         self.parts.faces.push(Face {
             name: None,
@@ -147,7 +151,10 @@ impl<'a, 'r, 'f> OneFace<'a, 'r, 'f> {
             loops,
             points: Vec::new(),
         });
-        let brep = Brep::new(self.parts).at(self.place)?;
+        let mut brep = Brep::new(self.parts).at(self.place)?;
+        if closed {
+            brep = turned(brep, &outers).at(self.place)?;
+        }
         if let Some(told) = brep.loops_told(0, false).at(self.place)? {
             self.reader.change(self.place, &told);
         }
@@ -247,11 +254,8 @@ impl<'a, 'r, 'f> OneFace<'a, 'r, 'f> {
         Ok(())
     }
 
-    /// The signed area of a loop in the parameter plane; none where the surface closes, so that loops may go around it.
-    fn area(&self, chain: &[Use], surface: &Surface) -> loftsman_kernel::Result<Option<f64>> {
-        if closes(surface)? {
-            return Ok(None);
-        }
+    /// The signed area of a loop in the parameter plane of a surface that does not close.
+    fn area(&self, chain: &[Use], surface: &Surface) -> loftsman_kernel::Result<f64> {
         let mut all: Vec<Vector> = Vec::new();
         for one in chain {
             let edge = &self.parts.edges[one.edge];
@@ -265,7 +269,7 @@ impl<'a, 'r, 'f> OneFace<'a, 'r, 'f> {
         }
         let next = all.iter().skip(1).chain(all.first());
         let twice: f64 = all.iter().zip(next).map(|(a, b)| a.x * b.y - a.y * b.x).sum();
-        Ok(Some(0.5 * twice))
+        Ok(0.5 * twice)
     }
 }
 

@@ -14,6 +14,7 @@ mod style;
 mod surface;
 mod tree;
 mod trim;
+mod turned;
 
 use loftsman_kernel::plugin::{Confidence, FormatError, Place, ReadOptions, ReadReport, Source};
 use loftsman_kernel::scene::Scene;

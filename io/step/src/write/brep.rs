@@ -4,7 +4,8 @@ use loftsman_kernel::brep::{Brep, CurveForm, Frame, SurfaceForm};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Point, Result, Vector};
 
-use super::parameters::Pace;
+use super::drawn::Drawings;
+use super::pace::{Pace, is_length, turned};
 use super::print::{Printer, flag, real, references};
 use crate::part21::encode;
 
@@ -45,9 +46,13 @@ impl Printer {
             let surface = brep.surface(face).ok_or_else(|| no_face(face))?;
             sheets.push(self.sheet(surface, &brep.surface_form(face))?);
         }
+        let mut drawings = Drawings::default();
+        for (face, sheet) in sheets.iter().enumerate() {
+            drawings.add(brep, face, sheet);
+        }
         let (mut edges, mut left) = (Vec::with_capacity(brep.edge_count()), false);
         for edge in 0..brep.edge_count() {
-            edges.push(self.edge(brep, edge, (&vertices, &sheets), &mut left)?);
+            edges.push(self.edge(brep, edge, (&vertices, &sheets, &drawings), &mut left)?);
         }
         if left {
             changes.push("parameter curves that are not at the pace of their edges, or leave their surfaces, are left out");
@@ -123,7 +128,7 @@ impl Printer {
         &mut self,
         brep: &Brep,
         number: usize,
-        (vertices, sheets): (&[u64], &[Sheet]),
+        (vertices, sheets, drawings): (&[u64], &[Sheet], &Drawings),
         left: &mut bool,
     ) -> Result<u64> {
         let Some(edge) = brep.edge(number) else {
@@ -132,53 +137,46 @@ impl Printer {
         let [start, end] = edge.ends;
         let (from, to) = edge.range;
         let points = [edge.curve.point(from)?, edge.curve.point(to)?];
-        // Beyond this the squares of lengths are no numbers that can be computed with.
-        let length = nalgebra::distance(&points[0], &points[1]);
-        // Parameter curves have to be at the pace of the curve that is written: a circle's is its angle.
-        let (curve, along, pace) = match edge.form {
-            CurveForm::Line if (1e-150..1e150).contains(&length) => {
-                let origin = self.point(&points[0]);
-                let way = points[1] - points[0];
+        // Parameter curves have to be at the pace of the curve that is written.
+        let back = drawings.back.contains(&number);
+        let pace = Pace::of(&edge, back)?;
+        let round = |frame: &Frame| if back { turned(frame) } else { *frame };
+        let curve = match edge.form {
+            CurveForm::Line if is_length(points) => {
+                let [start, end] = if back { [points[1], points[0]] } else { points };
+                let origin = self.point(&start);
+                let way = end - start;
                 let direction = self.direction(&way);
-                let vector = self.put(&format!("VECTOR('',#{direction},{})", real(length)));
-                (self.put(&format!("LINE('',#{origin},#{vector})")), true, Pace::even(0.0, 1.0))
+                let vector = self.put(&format!("VECTOR('',#{direction},{})", real(way.norm())));
+                self.put(&format!("LINE('',#{origin},#{vector})"))
             }
             CurveForm::Circle { frame, radius } => {
-                let along = turns_with(&frame, points[0], edge.curve.derivative(from, 1)?);
-                let placement = self.frame(&frame);
-                let pace = Pace::around(frame, [radius; 2], points, along, start == end);
-                (self.put(&format!("CIRCLE('',#{placement},{})", real(radius))), along, pace)
+                let placement = self.frame(&round(&frame));
+                self.put(&format!("CIRCLE('',#{placement},{})", real(radius)))
             }
             CurveForm::Ellipse { frame, radii: [a, b] } => {
-                let along = turns_with(&frame, points[0], edge.curve.derivative(from, 1)?);
-                let placement = self.frame(&frame);
-                let pace = Pace::around(frame, [a, b], points, along, start == end);
-                (self.put(&format!("ELLIPSE('',#{placement},{},{})", real(a), real(b))), along, pace)
+                let placement = self.frame(&round(&frame));
+                self.put(&format!("ELLIPSE('',#{placement},{},{})", real(a), real(b)))
             }
             CurveForm::Parabola { frame, focal } => {
-                let at = |p: Point| (p - frame.origin).dot(&frame.y()) / (2.0 * focal);
-                let (a, b) = (at(points[0]), at(points[1]));
                 let placement = self.frame(&frame);
-                let number = self.put(&format!("PARABOLA('',#{placement},{})", real(focal)));
-                (number, a < b, Pace::even(a, b))
+                self.put(&format!("PARABOLA('',#{placement},{})", real(focal)))
             }
             CurveForm::Hyperbola { frame, radii: [x, y] } => {
-                let at = |p: Point| ((p - frame.origin).dot(&frame.y()) / y).asinh();
-                let (a, b) = (at(points[0]), at(points[1]));
                 let placement = self.frame(&frame);
-                let number = self.put(&format!("HYPERBOLA('',#{placement},{},{})", real(x), real(y)));
-                (number, a < b, Pace::hyperbolic(frame, [x, y], [a, b]))
+                self.put(&format!("HYPERBOLA('',#{placement},{},{})", real(x), real(y)))
             }
             _ => {
                 // On a periodic curve the edge may run through the seam.
                 let part =
                     if edge.curve.is_periodic() { edge.curve.between(from, to)? } else { edge.curve.clone() };
-                (self.curve(part.clamped()?.as_ref()), true, Pace::even(from, to))
+                let part = if back { part.reverse()? } else { part };
+                self.curve(part.clamped()?.as_ref())
             }
         };
-        let curve = self.on_surfaces(brep, number, sheets, (curve, pace), left)?;
+        let curve = self.on_surfaces(brep, number, (sheets, drawings), (curve, pace), left)?;
         let (start, end) = (vertices[start], vertices[end]);
-        Ok(self.put(&format!("EDGE_CURVE('',#{start},#{end},#{curve},{})", flag(along))))
+        Ok(self.put(&format!("EDGE_CURVE('',#{start},#{end},#{curve},{})", flag(pace.along()))))
     }
 
     fn face(
@@ -249,11 +247,6 @@ impl Printer {
         let sizes: String = sizes.into_iter().map(|size| format!(",{}", real(size))).collect();
         Some(self.put(&format!("{kind}('',#{placement}{sizes})")))
     }
-}
-
-/// Whether a curve through `p` in the direction `d` turns about the frame's axis as that has it.
-fn turns_with(frame: &Frame, p: Point, d: Vector) -> bool {
-    frame.z.cross(&(p - frame.origin)).dot(&d) >= 0.0
 }
 
 /// Whether the normal of a spline points as that of its form does; `None` where the spline is of no form, or has no normal anywhere

@@ -1,19 +1,17 @@
 //! Parameter curves of edges: what they are in the parameters of B-spline surfaces.
 //!
 //! The schema wants them at the pace of the curve in space, and on the very surface that is written. Planes, cylinders and their like have other
-//! parameters in the file than their splines have: there readers compute them, as they do where none is written; but for the seams
-//! of a face that has no other edges.
+//! parameters in the file than their splines have: there readers compute them, as they do where none is written; but for [faces with a seam](super::drawn).
 
-use std::f64::consts::TAU;
-
-use loftsman_kernel::brep::{Brep, Edge, Frame, UsePlace};
+use loftsman_kernel::Result;
+use loftsman_kernel::brep::{Brep, Edge, UsePlace};
 use loftsman_kernel::spline::trimmed::ParameterCurve;
 use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
-use loftsman_kernel::{Point, Result};
 
 use super::brep::Sheet;
+use super::drawn::Drawings;
+use super::pace::Pace;
 use super::print::{Printer, list, real, references};
-use super::seam::Seam;
 
 /// Places in each span of an edge and of its parameter curve at which their pace is compared.
 const EACH: usize = 5;
@@ -26,58 +24,6 @@ const SLACK: f64 = 1e-12;
 /// Domains that differ by a smaller part of them are the same.
 const SAME: f64 = 1e-12;
 
-/// The parameters of a written curve where an edge starts and ends; the second is less where the edge runs against it.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Pace {
-    pub(super) from: f64,
-    pub(super) to: f64,
-    /// The axes and half diameters of what has angles for parameters, or areas as a hyperbola.
-    round: Option<(Frame, [f64; 2])>,
-    hyperbolic: bool,
-}
-
-impl Pace {
-    /// Those of a curve that is written over the edge's own parameters, or over parameters that run along with them.
-    pub(super) fn even(from: f64, to: f64) -> Self {
-        Self { from, to, round: None, hyperbolic: false }
-    }
-
-    /// Those of an arc from a point to another, or all around.
-    pub(super) fn around(
-        frame: Frame,
-        radii: [f64; 2],
-        [start, end]: [Point; 2],
-        along: bool,
-        closes: bool,
-    ) -> Self {
-        let angle = |p: Point| {
-            let d = p - frame.origin;
-            (d.dot(&frame.y()) / radii[1]).atan2(d.dot(&frame.x) / radii[0])
-        };
-        let (from, rest) = (angle(start), angle(end));
-        let turn = if along { (rest - from).rem_euclid(TAU) } else { (from - rest).rem_euclid(TAU) };
-        let turn = if closes || turn <= 1e-9 { TAU } else { turn };
-        let to = if along { from + turn } else { from - turn };
-        Self { from, to, round: Some((frame, radii)), hyperbolic: false }
-    }
-
-    /// Those of a piece of a hyperbola.
-    pub(super) fn hyperbolic(frame: Frame, radii: [f64; 2], [from, to]: [f64; 2]) -> Self {
-        Self { from, to, round: Some((frame, radii)), hyperbolic: true }
-    }
-
-    /// The point of the written curve at a share of the way, of which `own` is the spline.
-    pub(super) fn point(&self, own: &Curve, share: f64) -> Result<Point> {
-        let Some((frame, [a, b])) = self.round else {
-            let (from, to) = own.domain();
-            return own.point(if share >= 1.0 { to } else { from + (to - from) * share });
-        };
-        let angle = self.from + (self.to - self.from) * share;
-        let (x, y) = if self.hyperbolic { (angle.cosh(), angle.sinh()) } else { (angle.cos(), angle.sin()) };
-        Ok(frame.origin + frame.x * (a * x) + frame.y() * (b * y))
-    }
-}
-
 impl Printer {
     /// The curve of an edge, with what it is on the faces where that is known; itself where it is not. `left` is set where a parameter curve
     /// stays out.
@@ -85,31 +31,21 @@ impl Printer {
         &mut self,
         brep: &Brep,
         edge: usize,
-        sheets: &[Sheet],
+        (sheets, drawings): (&[Sheet], &Drawings),
         (curve, pace): (u64, Pace),
         left: &mut bool,
     ) -> Result<u64> {
         let Some(own) = brep.edge(edge) else { return Ok(curve) };
         let mut found: Vec<(UsePlace, bool, u64)> = Vec::new();
         let uses = brep.uses(edge);
-        if let [a, b] = uses
-            && a.face == b.face
-            && let Some(sheet) = sheets.get(a.face).filter(|sheet| sheet.elementary)
-            && only_seams(brep, a.face)
-        {
-            let form = brep.surface_form(a.face);
-            let Some(seam) = Seam::of(&form, &own, pace)? else { return Ok(curve) };
-            for one in uses {
-                let held = brep.loops(one.face).get(one.chain).and_then(|chain| chain.get(one.number));
-                let Some(held) = held else { continue };
-                let side = (held.reversed, brep.is_reversed(one.face) != sheet.same);
-                found.push((*one, held.reversed, self.seam(&seam, sheet.number, side)));
-            }
-        }
         for one in uses {
             let held = brep.loops(one.face).get(one.chain).and_then(|chain| chain.get(one.number));
-            let sheet = sheets.get(one.face).and_then(|sheet| Some((sheet.number, sheet.spline.as_ref()?)));
-            let (Some(held), Some((number, surface))) = (held, sheet) else { continue };
+            let (Some(held), Some(sheet)) = (held, sheets.get(one.face)) else { continue };
+            if let Some(drawn) = drawings.curves.get(one) {
+                found.push((*one, held.reversed, self.parameter_curve(drawn, sheet.number)));
+                continue;
+            }
+            let (number, Some(surface)) = (sheet.number, sheet.spline.as_ref()) else { continue };
             let Some(parameters) = &held.parameters else { continue };
             let Some(fitting) = at_pace(parameters, &own, surface, pace)? else {
                 *left = true;
@@ -141,7 +77,7 @@ impl Printer {
     }
 
     /// What was written in two coordinates as a curve in the parameters of a surface.
-    pub(super) fn in_parameters(&mut self, planar: u64, surface: u64) -> u64 {
+    fn in_parameters(&mut self, planar: u64, surface: u64) -> u64 {
         let context = self.parameter_plane();
         let representation = self.put(&format!("DEFINITIONAL_REPRESENTATION('',(#{planar}),#{context})"));
         self.put(&format!("PCURVE('',#{surface},#{representation})"))
@@ -169,14 +105,13 @@ impl Printer {
     }
 }
 
-/// Whether a face ends nowhere: each of its edges is used by it twice.
-fn only_seams(brep: &Brep, face: usize) -> bool {
-    let twice = |edge: usize| matches!(brep.uses(edge), [a, b] if a.face == face && b.face == face);
-    brep.loops(face).iter().flatten().all(|one| twice(one.edge))
-}
-
 /// A parameter curve as it is written: over `pace`, from the edge's start to its end. `None` where it is not the edge at that pace.
-fn at_pace(parameters: &ParameterCurve, edge: &Edge, surface: &Surface, pace: Pace) -> Result<Option<Curve>> {
+pub(super) fn at_pace(
+    parameters: &ParameterCurve,
+    edge: &Edge,
+    surface: &Surface,
+    pace: Pace,
+) -> Result<Option<Curve>> {
     let (start, end) = parameters.range();
     let whole = (start, end) == parameters.curve().domain();
     let part =
@@ -192,7 +127,7 @@ fn at_pace(parameters: &ParameterCurve, edge: &Edge, surface: &Surface, pace: Pa
             return Ok(None);
         }
     }
-    let part = if pace.from < pace.to { part } else { part.reverse()? };
+    let part = if pace.along() { part } else { part.reverse()? };
     let (from, to) = (pace.from.min(pace.to), pace.from.max(pace.to));
     let (a, b) = part.domain();
     // Angles are computed: what is the same but for rounding stays.
@@ -208,10 +143,10 @@ fn at_pace(parameters: &ParameterCurve, edge: &Edge, surface: &Surface, pace: Pa
     };
     // Shares of the edge, which a curve against it runs through from the end.
     let mut shares = share(fitting.space());
-    if pace.from > pace.to {
+    if !pace.along() {
         shares.iter_mut().for_each(|share| *share = 1.0 - *share);
     }
-    if pace.round.is_none() {
+    if pace.is_even() {
         shares.extend(share(own.space()));
     }
     shares.sort_by(f64::total_cmp);
@@ -219,7 +154,7 @@ fn at_pace(parameters: &ParameterCurve, edge: &Edge, surface: &Surface, pace: Pa
     for pair in shares.windows(2) {
         for k in 0..=EACH {
             let share = pair[0] + (pair[1] - pair[0]) * (k as f64 / EACH as f64);
-            let along = if pace.from < pace.to { share } else { 1.0 - share };
+            let along = if pace.along() { share } else { 1.0 - share };
             let at = fitting.point((first + (last - first) * along).clamp(first, last))?;
             let point = pace.point(&own, share)?;
             let (Some(u), Some(v)) = (into(at.x, Direction::U), into(at.y, Direction::V)) else {

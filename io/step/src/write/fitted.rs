@@ -1,0 +1,351 @@
+//! An edge in the parameters of a surface, at the pace of the curve that is written for it.
+
+use std::f64::consts::PI;
+
+use loftsman_kernel::brep::Edge;
+use loftsman_kernel::spline::{Curve, Space};
+use loftsman_kernel::{Point, Result};
+use nalgebra::{DMatrix, Dyn, LU};
+
+use super::chart::Chart;
+use super::pace::Pace;
+
+/// The degree of each piece: where the edge is smooth halving a piece divides the error by 256.
+const DEGREE: usize = 7;
+/// How often a part between knots is halved at most, and pieces at most.
+const DEPTH: usize = 10;
+const PIECES: usize = 400;
+/// Places in each knot span of an edge, as a multiple of its degree, from each of which the parameters of the next are found.
+const STEPS: usize = 4;
+/// Halvings until a place is on a knot line of the surface, and the shortest part of an edge between two of them.
+const STEPS_TO_LINE: usize = 45;
+const LEAST: f64 = 1e-9;
+/// Places in each piece, and in each span of the edge, at which the result is measured.
+const EACH: usize = 7;
+/// How far a curve may be off, as a part of the edge's size and of its tolerance.
+const OF_SIZE: f64 = 1e-9;
+const OF_TOLERANCE: f64 = 0.1;
+/// How far places may be from the edge, as a part of its size, where its tolerance says less, and so much further off than the surface's nearest point.
+const NEAR: f64 = 1e-7;
+const AS_GOOD: f64 = 1.01;
+/// Parameters that change by less than this part of a turn stand still, and those that are as near to where the angles start are there.
+const MEANT: f64 = 1e-8;
+
+/// An edge on a surface: what is known of it at places all along.
+pub(super) struct Track<'c> {
+    chart: &'c Chart<'c>,
+    own: Curve,
+    pace: Pace,
+    /// Shares of the edge with the parameters there, which run on.
+    known: Vec<(f64, [f64; 2])>,
+    /// Where pieces end at least.
+    breaks: Vec<f64>,
+    /// How far the curve may be off in space, and the edge from it.
+    bound: f64,
+    near: f64,
+}
+
+impl<'c> Track<'c> {
+    /// An edge whose parameters at its start and its end are known, to a quarter of a turn; at a pole they are those. `None` where they do not run from the one
+    /// to the other.
+    pub(super) fn new(
+        chart: &'c Chart<'c>,
+        edge: &Edge,
+        pace: Pace,
+        ends: [[f64; 2]; 2],
+    ) -> Result<Option<Self>> {
+        let own = edge.curve.between(edge.range.0, edge.range.1)?;
+        let (low, high) = own.domain();
+        // A circle is smooth in its angle wherever its spline has knots.
+        let breaks: Vec<f64> = if pace.is_even() {
+            own.space().breakpoints().into_iter().map(|t| (t - low) / (high - low)).collect()
+        } else {
+            vec![0.0, 1.0]
+        };
+        let count = STEPS * own.degree().max(4);
+        let mut shares = vec![0.0];
+        for pair in breaks.windows(2) {
+            shares.extend((1..=count).map(|k| pair[0] + (pair[1] - pair[0]) * (k as f64 / count as f64)));
+        }
+        let turns = chart.turns();
+        let apart = |a: [f64; 2], b: [f64; 2], most: f64| {
+            (0..2).any(|d| turns[d].is_some_and(|turn| (a[d] - b[d]).abs() > most * turn))
+        };
+        let mut known: Vec<(f64, [f64; 2])> = Vec::with_capacity(shares.len());
+        let mut points = Vec::with_capacity(shares.len());
+        for (k, &share) in shares.iter().enumerate() {
+            let point = pace.point(&own, share)?;
+            points.push(point);
+            let last = k + 1 == shares.len();
+            let before = known.last().map_or(ends[0], |one| one.1);
+            let at = chart.at(point, if last { ends[1] } else { before })?;
+            if !(at[0].is_finite() && at[1].is_finite()) || apart(at, before, 0.25) {
+                return Ok(None);
+            }
+            known.push((share, at));
+        }
+        if known.last().is_none_or(|one| apart(one.1, ends[1], 0.25)) {
+            return Ok(None);
+        }
+        let size = points.iter().map(|p| (p - points[0]).norm()).fold(0.0, f64::max);
+        let (bound, near) = (
+            (OF_SIZE * size).max(OF_TOLERANCE * edge.tolerance.min(1e-4 * size)),
+            edge.tolerance.max(NEAR * size),
+        );
+        Ok(Some(Self { chart, own, pace, known, breaks, bound, near }))
+    }
+
+    /// The least and the largest of each parameter, at the places that are known.
+    pub(super) fn bounds(&self) -> [[f64; 2]; 2] {
+        let all = |d: usize| self.known.iter().map(move |one| one.1[d]);
+        [0, 1].map(|d| [all(d).fold(f64::INFINITY, f64::min), all(d).fold(f64::NEG_INFINITY, f64::max)])
+    }
+
+    /// The same on the surface, whole turns away.
+    pub(super) fn shift(&mut self, by: [f64; 2]) {
+        self.known.iter_mut().for_each(|one| (0..2).for_each(|d| one.1[d] += by[d]));
+    }
+
+    /// The edge in the parameters of the surface; `None` where it is nothing that is as near to it as it should be.
+    ///
+    /// A clamped curve of two coordinates over the parameters of the written one: also a line, as readers look at where one without ends begins.
+    pub(super) fn drawn(&self) -> Result<Option<Curve>> {
+        // What stands still around the surface does so to the bit, for readers ask on which side of a seam it is: where the angles start, if it is there.
+        let mut tries = vec![self.still(true), self.still(false), [None; 2]];
+        tries.dedup();
+        for still in tries {
+            if let Some(line) = self.line(still)? {
+                return Ok(Some(line));
+            }
+            if let Some(curve) = self.fitted(still)?
+                && self.holds(&curve)?
+            {
+                return Ok(Some(curve));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Parameters around the surface that do not change along the edge but for rounding, and their values: whole turns where they are that `whole`, but for rounding.
+    fn still(&self, whole: bool) -> [Option<f64>; 2] {
+        let (turns, starts, bounds) = (self.chart.turns(), self.chart.starts(), self.bounds());
+        [0, 1].map(|d: usize| {
+            let (turn, [low, high]) = (turns[d]?, bounds[d]);
+            let (value, near) = (0.5 * (low + high), MEANT * turn);
+            let nearest = starts[d] + ((value - starts[d]) / turn).round() * turn;
+            let value = if whole && (value - nearest).abs() <= near { nearest } else { value };
+            (high - low <= near).then_some(value)
+        })
+    }
+
+    /// How far apart two places are in space.
+    fn slip(&self, a: [f64; 2], b: [f64; 2]) -> Result<Option<f64>> {
+        slip(self.chart, a, b)
+    }
+
+    /// A line at an even pace, where the edge is one.
+    fn line(&self, still: [Option<f64>; 2]) -> Result<Option<Curve>> {
+        let (Some(first), Some(last)) = (self.known.first(), self.known.last()) else { return Ok(None) };
+        let (from, to) = (self.pace.from, self.pace.to);
+        let ends = [first.1, last.1].map(|at| self.on_plane(at, still));
+        if ends[0] == ends[1] {
+            return Ok(None);
+        }
+        let [start, end] = if self.pace.along() { ends } else { [ends[1], ends[0]] };
+        let line = Curve::new(Space::clamped(1, &[from.min(to), from.max(to)])?, vec![start, end])?;
+        for &(share, at) in &self.known {
+            let slip = self.slip(at_parameter(&line, self.pace.at(share))?, at)?;
+            if slip.is_none_or(|slip| slip > self.bound) {
+                return Ok(None);
+            }
+        }
+        Ok(if self.holds(&line)? { Some(line) } else { None })
+    }
+
+    /// Parameters as a point of the plane of them.
+    fn on_plane(&self, at: [f64; 2], still: [Option<f64>; 2]) -> Point {
+        let [u, v] = self.chart.inside([0, 1].map(|d: usize| still[d].unwrap_or(at[d])));
+        Point::new(u, v, 0.0)
+    }
+
+    /// The parameters at a share of the edge.
+    fn at(&self, share: f64) -> Result<[f64; 2]> {
+        let k = self.known.partition_point(|one| one.0 <= share).clamp(1, self.known.len() - 1);
+        let ((a, p), (b, q)) = (self.known[k - 1], self.known[k]);
+        let part = (share - a) / (b - a);
+        let near = [0, 1].map(|d: usize| p[d] + (q[d] - p[d]) * part);
+        self.chart.at(self.pace.point(&self.own, share)?, near)
+    }
+
+    /// The ends of parts within which edge and surface are smooth.
+    fn smooth_parts(&self) -> Result<Vec<f64>> {
+        let mut all = self.breaks.clone();
+        for pair in self.known.windows(2) {
+            let [(a, p), (b, q)] = [pair[0], pair[1]];
+            for d in 0..2 {
+                for line in self.chart.rough(d, [p[d].min(q[d]), p[d].max(q[d])]) {
+                    let (mut low, mut high) = (a, b);
+                    for _ in 0..STEPS_TO_LINE {
+                        let middle = 0.5 * (low + high);
+                        let below = (self.at(middle)?[d] < line) == (p[d] < line);
+                        (low, high) = if below { (middle, high) } else { (low, middle) };
+                    }
+                    all.push(0.5 * (low + high));
+                }
+            }
+        }
+        all.sort_by(f64::total_cmp);
+        // What rounding set apart is one, and the ends stay.
+        let mut kept: Vec<f64> = Vec::with_capacity(all.len());
+        for share in all {
+            if share == 0.0 || kept.last().is_some_and(|last| share - last > LEAST) {
+                kept.push(share);
+            }
+        }
+        if let Some(last) = kept.last_mut() {
+            *last = 1.0;
+        }
+        Ok(kept)
+    }
+
+    /// Pieces through places of the edge, halved until each is near enough.
+    fn fitted(&self, still: [Option<f64>; 2]) -> Result<Option<Curve>> {
+        let nodes: Vec<f64> =
+            (0..=DEGREE).map(|k| 0.5 - 0.5 * (PI * k as f64 / DEGREE as f64).cos()).collect();
+        let bernstein = DMatrix::from_fn(nodes.len(), nodes.len(), |i, k| {
+            let x: f64 = nodes[i];
+            let choose = (0..k).fold(1.0, |c, j| c * (DEGREE - j) as f64 / (j + 1) as f64);
+            choose * x.powi(k as i32) * (1.0 - x).powi((DEGREE - k) as i32)
+        })
+        .lu();
+        let (mut knots, mut points) = (vec![0.0; DEGREE + 1], Vec::new());
+        for pair in self.smooth_parts()?.windows(2) {
+            let mut open = vec![(0_usize, pair[0], pair[1])];
+            while let Some((depth, a, b)) = open.pop() {
+                let Some((net, good)) = self.piece((a, b), &nodes, &bernstein)? else { return Ok(None) };
+                if good {
+                    let from = usize::from(!points.is_empty());
+                    points.extend(net[from..].iter().map(|p| self.on_plane(*p, still)));
+                    knots.extend([b; DEGREE]);
+                    continue;
+                }
+                if depth == DEPTH || points.len() + open.len() * DEGREE > PIECES * DEGREE {
+                    return Ok(None);
+                }
+                let middle = 0.5 * (a + b);
+                open.extend([(depth + 1, middle, b), (depth + 1, a, middle)]);
+            }
+        }
+        knots.push(1.0);
+        let curve = Curve::new(Space::open(DEGREE, knots)?, points)?;
+        let curve = if self.pace.along() { curve } else { curve.reverse()? };
+        let (from, to) = (self.pace.from, self.pace.to);
+        curve.reparametrise(from.min(to), from.max(to)).map(Some)
+    }
+
+    /// The Bézier points between two shares, and whether they are near enough.
+    fn piece(
+        &self,
+        (a, b): (f64, f64),
+        nodes: &[f64],
+        bernstein: &LU<f64, Dyn, Dyn>,
+    ) -> Result<Option<(Vec<[f64; 2]>, bool)>> {
+        let mut right = DMatrix::zeros(nodes.len(), 2);
+        for (k, x) in nodes.iter().enumerate() {
+            let at = self.at(a + (b - a) * x)?;
+            (0..2).for_each(|d| right[(k, d)] = at[d]);
+        }
+        let Some(solved) = bernstein.solve(&right) else { return Ok(None) };
+        let mut net: Vec<[f64; 2]> = (0..nodes.len()).map(|k| [solved[(k, 0)], solved[(k, 1)]]).collect();
+        // To the bit, so that pieces meet.
+        net[0] = [right[(0, 0)], right[(0, 1)]];
+        net[DEGREE] = [right[(DEGREE, 0)], right[(DEGREE, 1)]];
+        let mut good = true;
+        // Between the nodes, where it is worst.
+        for pair in nodes.windows(2) {
+            let x = 0.5 * (pair[0] + pair[1]);
+            let slip = self.slip(bezier(&net, x), self.at(a + (b - a) * x)?)?;
+            good &= slip.is_some_and(|slip| slip <= self.bound);
+        }
+        Ok(Some((net, good)))
+    }
+
+    /// Whether a curve is the edge, between the places through which it was made, too: within its tolerance, or as near as the surface is.
+    fn holds(&self, curve: &Curve) -> Result<bool> {
+        let mut shares = self.breaks.clone();
+        let (from, to) = (self.pace.from, self.pace.to);
+        shares.extend(curve.space().breakpoints().into_iter().map(|t| (t - from) / (to - from)));
+        shares.sort_by(f64::total_cmp);
+        for pair in shares.windows(2) {
+            for k in 0..=EACH {
+                let share = (pair[0] + (pair[1] - pair[0]) * (k as f64 / EACH as f64)).clamp(0.0, 1.0);
+                let Some(on) = self.chart.point(at_parameter(curve, self.pace.at(share))?)? else {
+                    return Ok(false);
+                };
+                let point = self.pace.point(&self.own, share)?;
+                let away = nalgebra::distance(&on, &point);
+                if away <= self.near {
+                    continue;
+                }
+                // An edge that is off its surface is nowhere nearer: then the nearest place is as good as can be.
+                let foot = self.chart.point(self.at(share)?)?;
+                if foot.is_none_or(|foot| away > AS_GOOD * nalgebra::distance(&foot, &point)) {
+                    return Ok(false);
+                }
+            }
+        }
+        Ok(true)
+    }
+}
+
+/// What a curve in parameters is at a parameter of its own.
+fn at_parameter(curve: &Curve, t: f64) -> Result<[f64; 2]> {
+    let (low, high) = curve.domain();
+    let p = curve.point(t.clamp(low, high))?;
+    Ok([p.x, p.y])
+}
+
+/// How far apart two places of a surface are in space; `None` beyond its domain.
+fn slip(chart: &Chart<'_>, a: [f64; 2], b: [f64; 2]) -> Result<Option<f64>> {
+    let (Some(a), Some(b)) = (chart.point(a)?, chart.point(b)?) else { return Ok(None) };
+    Ok(Some(nalgebra::distance(&a, &b)))
+}
+
+/// Whether one of the parameters stands still along an edge of an elementary surface, within its tolerance.
+pub(super) fn is_iso(chart: &Chart<'_>, edge: &Edge) -> Result<bool> {
+    let own = edge.curve.between(edge.range.0, edge.range.1)?;
+    let mut points = Vec::new();
+    for pair in own.space().breakpoints().windows(2) {
+        let count = 2 * own.degree().max(4);
+        for k in 0..=count {
+            points.push(own.point(pair[0] + (pair[1] - pair[0]) * (k as f64 / count as f64))?);
+        }
+    }
+    let size = points.iter().map(|p| (p - points[0]).norm()).fold(0.0, f64::max);
+    let near = edge.tolerance.max(NEAR * size);
+    let Some(middle) = points.get(points.len() / 3) else { return Ok(false) };
+    let middle = chart.at(*middle, [0.0; 2])?;
+    let still = |d: usize| -> Result<bool> {
+        for point in &points {
+            let at = chart.at(*point, middle)?;
+            let mut to = at;
+            to[d] = middle[d];
+            if slip(chart, at, to)?.is_none_or(|slip| slip > near) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    };
+    Ok(still(0)? || still(1)?)
+}
+
+/// De Casteljau's algorithm.
+fn bezier(net: &[[f64; 2]], x: f64) -> [f64; 2] {
+    let mut points = net.to_vec();
+    for k in (1..net.len()).rev() {
+        for i in 0..k {
+            points[i] = [0, 1].map(|d: usize| points[i][d] + (points[i + 1][d] - points[i][d]) * x);
+        }
+    }
+    points[0]
+}
