@@ -112,7 +112,7 @@ pub(super) const AT_OR_NEAR: [Field; 2] = [
     ),
     Field::optional(
         "near",
-        "number, [u, v] on a surface, { closest = [x, y, z] }, or on faces { face, uv } or { vertex }",
+        "number, [u, v] on a surface, or { closest = [x, y, z] }; not on faces",
         "this or at is needed",
         "instead of at: the location floats, from here to where the change is least",
     ),
@@ -164,7 +164,7 @@ pub(super) const ON_SURFACE: [Field; 2] = [
     ),
     Field::optional(
         "near",
-        "[u, v], { closest = [x, y, z] }, or on faces { face, uv }",
+        "[u, v], or { closest = [x, y, z] }; not on faces",
         "this or at is needed",
         "instead of at: the location floats, from here to where the change is least",
     ),

@@ -21,7 +21,9 @@ const RATIONAL_POINTS: usize = 8;
 pub(super) fn smoothness<S: Shape + ?Sized>(shape: &S, order: usize) -> Result<Symmetric> {
     let boxed = shape.boxed();
     let shape = boxed.as_ref();
-    let lengths: Vec<f64> = shape.domain().iter().map(|side| side.end - side.start).collect();
+    // A surface of many faces, each over the same domain, is as long as if these lay in a square: the numbers are those of one spline of so many spans.
+    let side = shape.faces().map_or(1.0, |faces| (faces.max(1) as f64).sqrt());
+    let lengths: Vec<f64> = shape.domain().iter().map(|one| (one.end - one.start) * side).collect();
     let whole: f64 = lengths.iter().product();
     let mut entries = Vec::new();
     let cells = cells_of(shape, "a stretch or bend metric")?;
@@ -51,7 +53,8 @@ pub(super) fn smoothness<S: Shape + ?Sized>(shape: &S, order: usize) -> Result<S
             for i in 0..cell.vertices.len() {
                 for j in 0..=i {
                     let sum: f64 = rows.iter().map(|charted| charted.row[i] * charted.row[j]).sum();
-                    entries.push((cell.vertices[i], cell.vertices[j], sum / whole));
+                    let scale = side.powi(2 * order as i32) / whole;
+                    entries.push((cell.vertices[i], cell.vertices[j], sum * scale));
                 }
             }
             continue;

@@ -4,7 +4,7 @@ use loftsman_kernel::text::short;
 use std::sync::Arc;
 
 use loftsman_kernel::edit::{Ask, Axis, Edit, EditError, Report, Unknowns};
-use loftsman_kernel::functional::{linear, vertex};
+use loftsman_kernel::functional::vertex;
 use loftsman_kernel::shape::{Derivative, Domain, Interval, Location, Shape, Side, Stencil};
 use loftsman_kernel::solve::{SolveError, Solver, SparseRows};
 use loftsman_kernel::spline::Direction;
@@ -15,8 +15,8 @@ use crate::error::{FineTuneError, Result};
 use crate::exact::LEAST;
 use crate::lift::{Alpha, Place};
 use crate::lines::derivative_u;
-use crate::measure::mass;
-use crate::positive::{bounded, told};
+use crate::measure::{mass, nearest_with_ones};
+use crate::positive::{Above, NEAR, bounded, told};
 use crate::surface::Pin;
 
 /// What a bound of α is called.
@@ -45,7 +45,7 @@ struct Equations {
 
 impl Edges<'_> {
     /// α nearest to the one asked for, in `∫∫ (Δα)²`, with which the edge `u = u₁` stays (that at `u₀` stays by itself). Values
-    /// that continuity sets to 1 are set first; the least change is that of the others. Nothing is solved where nothing need be.
+    /// that continuity sets to 1 are set, and what that takes along with them; the least change is that of all. Nothing is solved where nothing need be.
     ///
     /// # Errors
     /// When no α but 1 does it, or none that is positive.
@@ -55,8 +55,11 @@ impl Edges<'_> {
         let edge = |k: usize, count: usize, of: usize| k < count || k + count >= of;
         let fixed = |k: usize| edge(k / width, self.rows, height) || edge(k % width, self.columns, width);
         let free_values: Vec<usize> = (0..height * width).filter(|k| !fixed(*k)).collect();
-        let mut start = alpha.values().to_vec();
-        (0..start.len()).filter(|k| fixed(*k)).for_each(|k| start[k] = 1.0);
+        let start = if free_values.len() < height * width {
+            nearest_with_ones(&mass(&alpha)?, alpha.values(), &free_values)
+        } else {
+            alpha.values().to_vec()
+        };
         let pins =
             self.pins.iter().map(|pin| Ok((alpha.row((self.facing(pin), [Side::Right; 2]))?, pin.value)));
         let equations = Equations { pins: pins.collect::<Result<_>>()?, ..Equations::new(given, &alpha)? };
@@ -73,11 +76,22 @@ impl Edges<'_> {
                 columns: width,
             }
         };
-        let sides = || FineTuneError::Sides {
-            along: self.names[0],
-            found: [height, width],
-            fixed: [self.rows, self.columns],
-            left: !free_values.is_empty(),
+        let sides = || {
+            let needed = if free_values.is_empty() {
+                let across = width.max(2 * self.columns + 1);
+                // As many equations as functions across have; more of those have more.
+                let all: Vec<usize> = (0..height * width).collect();
+                let each = equations.count(&all).div_ceil(width) * across / (across - 2 * self.columns);
+                [2 * self.rows + each + 1, across]
+            } else {
+                [0; 2]
+            };
+            FineTuneError::Sides {
+                along: self.names[0],
+                found: [height, width],
+                fixed: [self.rows, self.columns],
+                needed,
+            }
         };
         if equations.hold(&start) {
             return if nothing(&start) { Err(sides()) } else { Ok((alpha.with(start)?, None)) };
@@ -263,13 +277,14 @@ impl Problem<'_> {
             edit = edit.ask(pin.called(&format!("alpha_at[{k}]")));
         }
         for (row, bound) in bounds {
+            let slack = bound.abs();
             // What is fixed counts, and cannot change.
             let fixed: f64 =
                 row.iter().filter(|(k, _)| number[*k].is_none()).map(|(k, c)| c * self.start[*k]).sum();
-            let free: Vec<_> =
-                row.iter().filter_map(|(k, c)| Some((number[*k]? as i64, Vector::x() * *c))).collect();
+            let free: Vec<_> = row.iter().filter_map(|(k, c)| Some((number[*k]?, *c))).collect();
             if !free.is_empty() {
-                edit = edit.ask(linear(free).on(1).at_least(bound - fixed).called(POSITIVE));
+                let above = Above { terms: free, accuracy: slack * NEAR };
+                edit = edit.ask(above.at_least(bound - fixed).called(POSITIVE));
             }
         }
         let done = edit.solve_with(Arc::clone(self.edges.solver))?;

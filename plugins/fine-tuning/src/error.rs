@@ -163,26 +163,16 @@ pub enum FineTuneError {
         columns: usize,
     },
     /// A part of a surface of which α has no values left, or none that is asked to be other than 1.
-    #[error(
-        "α(u, v) has {} values along {along} and {} across, of which {} at either end along {along} and {} at either side across are 1, so that the part joins \
-         the rest: {}, or ask for less continuity", .found[0], .found[1], .fixed[0], .fixed[1],
-        if *.left { "all others are asked to be 1, too; ask for others than 1 among those, or give α more values ({ degree, knots, values })".to_owned() }
-        else {
-            format!(
-                "none is left to change; give α at least {} values along {along} and {} across ({{ degree, knots, values }})",
-                (2 * .fixed[0] + 1).max(.found[0]), (2 * .fixed[1] + 1).max(.found[1])
-            )
-        }
-    )]
+    #[error("{}", sides(along, *.found, *.fixed, *.needed))]
     Sides {
         /// The direction that is scaled.
         along: &'static str,
-        /// Values of α along it and across.
+        /// Values of α along it and across; 1 across where it is a function of one parameter.
         found: [usize; 2],
-        /// How many of each side are 1.
+        /// How many at either end, and at either side, are 1.
         fixed: [usize; 2],
-        /// Whether some are left.
-        left: bool,
+        /// How many leave some to change; 0 where there are enough.
+        needed: [usize; 2],
     },
     /// Something that contradicts something else that was asked.
     #[error("{0}")]
@@ -203,6 +193,37 @@ impl From<FineTuneError> for OperationError {
             other => Error::Invalid(other.to_string()).into(),
         }
     }
+}
+
+/// Why α of a part of a surface has no choice.
+fn sides(along: &str, found: [usize; 2], fixed: [usize; 2], needed: [usize; 2]) -> String {
+    let net = found[1] > 1 || fixed[1] > 0;
+    let (what, has) = if net {
+        ("α(u, v)", format!("{} values along {along} and {} across", found[0], found[1]))
+    } else {
+        ("α", format!("{} values along {along}", found[0]))
+    };
+    let ends = if net {
+        format!("{} at either end along {along} and {} at either side across", fixed[0], fixed[1])
+    } else {
+        format!("{} at either end", fixed[0])
+    };
+    let way = if needed == [0; 2] {
+        "all others are asked to be 1, too; ask for others than 1 among those, or give α more values ({ degree, knots, values })".to_owned()
+    } else if net {
+        format!(
+            "none is left to change; give α at least {} values along {along} and {} across ({{ degree, knots, values }})",
+            needed[0], needed[1]
+        )
+    } else {
+        format!(
+            "none is left to change; give α at least {} values along {along} ({{ degree, knots, values }})",
+            needed[0]
+        )
+    };
+    format!(
+        "{what} has {has}, of which {ends} are 1, so that the part joins the rest: {way}, or ask for less continuity"
+    )
 }
 
 /// What is wrong with a range of a domain.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Report, Unknowns, Value, Wanted};
-use loftsman_kernel::functional::{Linearity, Position, Shapes, derivative, linear, position, value_of};
+use loftsman_kernel::functional::{Linearity, Position, Shapes, derivative, position, value_of};
 use loftsman_kernel::shape::{Location, Shape};
 use loftsman_kernel::solve::{Operator, SolveError, Solver, Symmetric};
 use loftsman_kernel::spline::algebra::Function;
@@ -19,7 +19,7 @@ use crate::lift::{Alpha, Place};
 use crate::local::{Host, within};
 use crate::measure::{gram, mean, undone};
 use crate::operator::{Hosted, Tuning};
-use crate::positive::{bounded, told};
+use crate::positive::{Above, NEAR, bounded, told};
 use crate::scale::Scale;
 
 /// α's values stay at least this part of the smallest value that was asked (or of 1), where they would not be positive.
@@ -327,8 +327,7 @@ impl<'a> Problem<'a> {
         let first = Alpha::Line(first.clone());
         let solve = |held: &[Place]| -> Result<Answer> {
             let bounds = held.iter().map(|place| -> Result<Constraint> {
-                let row = first.row(*place)?.into_iter().map(|(i, c)| (i as i64, Vector::x() * c));
-                Ok(linear(row).on(1).at_least(bound))
+                Ok(Above { terms: first.row(*place)?, accuracy: bound * NEAR }.at_least(bound))
             });
             Ok(self.solve(&bounds.collect::<Result<Vec<_>>>()?)?)
         };

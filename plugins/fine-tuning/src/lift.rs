@@ -28,6 +28,14 @@ impl Alpha {
         }
     }
 
+    /// The space of the other parameter, where it is a function of that, too.
+    pub(crate) fn across(&self) -> Option<&Space> {
+        match self {
+            Self::Line(_) => None,
+            Self::Net(net) => Some(net.space(Direction::V)),
+        }
+    }
+
     /// How many values it has across: 1 for a function of one parameter.
     pub(crate) fn columns(&self) -> usize {
         match self {

@@ -135,7 +135,7 @@ pub(crate) fn closed_u(field: &Field<Vector>, what: &str) -> Result<Field<Vector
     if gap > 1e-9 * size(field) {
         return Err(FineTuneError::Contradiction(format!(
             "the surface is closed along {what}, and would have a gap of {gap} there: give α(u, v) a periodic space along \
-             {what}, or tune a region of it",
+             {what} ({{ degree, knots, values }} with one knot there more than values along {what}: those of one period), or tune a region of it",
             gap = short(gap)
         )));
     }

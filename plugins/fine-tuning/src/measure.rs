@@ -104,6 +104,40 @@ pub(crate) fn undone(change: f64, asked: f64, held: bool) -> Option<String> {
     })
 }
 
+/// The values nearest to those asked for, in `∫∫ (Δα)²`, of which all but the free ones are 1: what these have to be changes its neighbours. By conjugate
+/// gradients on the Gram matrix of the free ones, divided by its diagonal, to rounding; `O(n)` a step.
+pub(crate) fn nearest_with_ones(mass: &Symmetric, asked: &[f64], free: &[usize]) -> Vec<f64> {
+    let mut values = vec![1.0; asked.len()];
+    free.iter().for_each(|k| values[*k] = asked[*k]);
+    let way: Vec<f64> = values.iter().zip(asked).map(|(to, from)| to - from).collect();
+    let mut image = vec![0.0; way.len()];
+    mass.multiply(&way, 1, &mut image);
+    let own = mass.select(free);
+    let scale: Vec<f64> = (0..free.len()).map(|k| own.entry(k, k)).collect();
+    let mut rest: Vec<f64> = free.iter().map(|k| -image[*k]).collect();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let scaled = |rest: &[f64]| rest.iter().zip(&scale).map(|(r, s)| r / s).collect::<Vec<f64>>();
+    let (mut found, mut next) = (vec![0.0; free.len()], scaled(&rest));
+    let mut size = dot(&rest, &next);
+    let enough = size * f64::EPSILON * f64::EPSILON;
+    for _ in 0..4 * free.len() {
+        let mut image = vec![0.0; free.len()];
+        own.multiply(&next, 1, &mut image);
+        let step = size / dot(&next, &image);
+        if !(size > enough && step.is_finite()) {
+            break;
+        }
+        found.iter_mut().zip(&next).for_each(|(x, n)| *x += step * n);
+        rest.iter_mut().zip(&image).for_each(|(r, i)| *r -= step * i);
+        let again = scaled(&rest);
+        let grown = dot(&rest, &again);
+        next.iter_mut().zip(&again).for_each(|(n, a)| *n = a + grown / size * *n);
+        size = grown;
+    }
+    free.iter().zip(&found).for_each(|(k, by)| values[*k] += by);
+    values
+}
+
 /// `((y - x)ᵀ M (y - x) / measure)^½`.
 pub(crate) fn mean(mass: &Symmetric, x: &[f64], y: &[f64], measure: f64) -> f64 {
     let way: Vec<f64> = y.iter().zip(x).map(|(y, x)| y - x).collect();

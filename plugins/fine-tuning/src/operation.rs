@@ -62,7 +62,7 @@ const FIELDS: [Field; 15] = [
     ),
     Field::optional(
         "range",
-        "[from, to] | [[from, to], [from, to]], each a number or { closest = [x, y, z] }",
+        "[from, to] | [[from, to], [from, to]], each a number or { closest = [x, y, z] }; [] for all of a direction",
         "the whole",
         "tune this part only; the rest stays as it is",
     ),
@@ -376,8 +376,13 @@ fn ends(parameters: &Parameters) -> Result<Ends, ParameterError> {
 
 /// The same of a surface: of both directions, or one for each.
 fn ends_of_both(parameters: &Parameters) -> Result<[Ends; 2], ParameterError> {
-    let Some([u, v]) = parameters.value("ends").and_then(|ends| ends.as_array()).map(Vec::as_slice) else {
+    let Some(list) = parameters.value("ends").and_then(|ends| ends.as_array()) else {
         return Ok([ends(parameters)?; 2]);
+    };
+    let [u, v] = &list[..] else {
+        let problem =
+            format!("{} values: give one for both directions, or two, [along u, along v]", list.len());
+        return Err(parameters.error("ends", problem));
     };
     let each = |name: &str, value: &_| {
         Parameters::empty(parameters.path()).with(name, Clone::clone(value)).choice(name, &ENDS)

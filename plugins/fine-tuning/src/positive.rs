@@ -1,5 +1,7 @@
 //! Where α is positive: α itself, and not its values, of which some may be negative where it is not.
 
+use loftsman_kernel::Vector;
+use loftsman_kernel::functional::{Accuracy, Functional, Linearity, Rows, Shapes};
 use loftsman_kernel::shape::Side;
 use loftsman_kernel::spline::{Direction, Space};
 use loftsman_kernel::text::{counted, short};
@@ -10,13 +12,47 @@ use crate::lift::{Alpha, Place};
 /// In how many parts each span is looked at: of α of one parameter, and of two.
 const PARTS: [usize; 2] = [32, 8];
 /// The part of a bound by which α may be below it, and by which it is above where it is said to be kept there.
-const NEAR: f64 = 1e-5;
+pub(crate) const NEAR: f64 = 1e-5;
 /// The part of its largest size up to which α touches zero: rounding.
 const TOUCHES: f64 = 1e-12;
 /// So often more places are held; each time α comes about as near to the bound as the square of what it was.
 const TIMES: usize = 40;
 /// So often a smallest value is looked for between its neighbours.
 const CLOSER: usize = 4;
+
+/// A sum of α's values, the shape 1, that has to be above a bound; as accurately as the bound is.
+#[derive(Debug, Clone)]
+pub(crate) struct Above {
+    pub(crate) terms: Vec<(usize, f64)>,
+    pub(crate) accuracy: f64,
+}
+
+impl Functional for Above {
+    fn equations(&self) -> usize {
+        1
+    }
+
+    fn linearity(&self) -> Linearity {
+        Linearity::Linear
+    }
+
+    fn rows(&self, _: &Shapes<'_>, rows: &mut Rows<'_>) -> loftsman_kernel::error::Result<()> {
+        rows.equation();
+        for (value, factor) in &self.terms {
+            rows.term(1, *value, Vector::x() * *factor);
+        }
+        Ok(())
+    }
+
+    /// The values that it is of: two are the same where these are.
+    fn describe(&self) -> String {
+        format!("α of {:?}", self.terms)
+    }
+
+    fn accuracy(&self) -> Accuracy {
+        Accuracy::Within(self.accuracy)
+    }
+}
 
 /// One parameter at which α is looked at.
 #[derive(Clone, Copy)]

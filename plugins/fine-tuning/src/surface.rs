@@ -184,6 +184,17 @@ impl FineTuneSurface {
     /// When the surface is rational or torn, a degree would be above 25, α is not positive (and need be), jumps across its
     /// direction or is over another domain, the region is none or its border cannot be kept that way, or the ends cannot.
     pub fn solve(&self) -> Result<TunedSurface> {
+        // All of a direction across the only one that is scaled, by a function of that alone, is no part of it.
+        if let Scaling::Directional { u, v } = &self.scaling {
+            for (direction, scaled) in [(Direction::U, u), (Direction::V, v)] {
+                let whole = Some(self.surface.space(direction).domain());
+                if scaled.is_none() && self.region[index(direction)] == whole {
+                    let mut same = self.clone();
+                    same.region[index(direction)] = None;
+                    return same.solve();
+                }
+            }
+        }
         if self.surface.weights().is_some() {
             return Err(FineTuneError::Rational { what: "surface" });
         }

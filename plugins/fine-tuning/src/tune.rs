@@ -2,7 +2,7 @@
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::spline::algebra::Field;
-use loftsman_kernel::spline::{Direction, Surface};
+use loftsman_kernel::spline::{Direction, Space, Surface};
 
 use crate::curve::Ends;
 use crate::edges::Edges;
@@ -76,13 +76,15 @@ impl FineTuneSurface {
         let ends = part(direction) || (self.region == [None; 2] && !given.space(Direction::U).is_periodic());
         let exact = self.ends[index(direction)] == Ends::Exact;
         let net = matches!(alpha, Alpha::Net(_));
-        let columns = if net && part(across(direction)) { level + 1 } else { 0 };
+        let (lines, sides) = (alpha.along().degree(), alpha.across().map_or(0, Space::degree));
+        // Of α of a low degree there are no derivatives that could differ.
+        let columns = if net && part(across(direction)) { (level + 1).min(sides + 1) } else { 0 };
         if !exact {
             // Free ends of a part that reaches from end to end: its sides stay all the same.
             return if columns > 0 { one_at_sides(alpha, columns) } else { Ok(alpha) };
         }
         let edges = Edges {
-            rows: if ends { level } else { 0 },
+            rows: if ends { level.min(lines + 1) } else { 0 },
             columns,
             pins: self.pinned.iter().filter(|pin| pin.direction == direction).collect(),
             solver: &self.solver,

@@ -209,3 +209,41 @@ fn measures_are_the_same_every_time() {
     let again = SubdivisionSurface::new(triangles(2)).unwrap();
     assert_eq!(volume_of(&again).unwrap().to_bits(), first[1]);
 }
+
+/// Stretch and bend of a regular cage are those of the spline that it is, whatever the number of its faces, and of cages twice as fine almost the same: a shift of the
+/// whole is as cheap beside bending.
+#[test]
+fn metrics_of_cages_are_those_of_splines() {
+    let form = |shape: &dyn Shape, order: usize| {
+        let matrix = shape.smoothness(order).unwrap();
+        let x: Vec<f64> = shape.control_vertices().iter().flat_map(|p| [p.x, p.y, p.z]).collect();
+        let mut image = vec![0.0; x.len()];
+        matrix.multiply(&x, 3, &mut image);
+        x.iter().zip(&image).map(|(a, b)| a * b).sum::<f64>()
+    };
+    let mut forms = Vec::new();
+    for n in [6, 12, 24] {
+        let angle = |k: usize| std::f64::consts::TAU * k as f64 / n as f64;
+        let torus = |k: usize| {
+            let (a, b) = (angle(k / n), angle(k % n));
+            let r = 3.0 + b.cos();
+            Point::new(r * a.cos(), r * a.sin(), b.sin())
+        };
+        let points: Vec<Point> = (0..n * n).map(torus).collect();
+        let mut cage = crate::shapes::grid(n, n, [true, true], 0.0);
+        cage.points_mut().copy_from_slice(&points);
+        let surface = SubdivisionSurface::new(cage).unwrap();
+        let space = Space::periodic_uniform(3, n).unwrap();
+        let spline = Surface::new(space.clone(), space, points).unwrap();
+        let own = [1, 2].map(|order| form(&surface, order));
+        for (k, a) in own.iter().enumerate() {
+            let b = form(&spline, k + 1);
+            assert!((a / b - 1.0).abs() < 1e-7, "{n}, order {}: {a} {b}", k + 1);
+        }
+        forms.push(own);
+    }
+    for k in 0..2 {
+        let (coarse, fine) = (forms[1][k], forms[2][k]);
+        assert!((coarse / fine - 1.0).abs() < 0.2, "{coarse} {fine}");
+    }
+}
