@@ -103,11 +103,14 @@ impl<'s> Nets<'s> {
     }
 }
 
-/// Bernstein functions and their slopes at the nodes of a line in `[0, 1]`: of each function all nodes, one after another.
+/// Bernstein functions and their slopes at the nodes of a line in `[0, 1]`: of each function all nodes, one after another, and zeros after them up to a
+/// whole number of fours, so that work on them goes on several at a time.
 #[derive(Debug, Clone)]
 pub(crate) struct Line {
     degree: usize,
     pub(crate) nodes: usize,
+    /// The number of nodes with the zeros after them.
+    stride: usize,
     values: Vec<f64>,
     slopes: Vec<f64>,
 }
@@ -116,7 +119,8 @@ impl Line {
     /// At most [`MOST_NODES`] nodes.
     pub(crate) fn new(degree: usize, nodes: impl ExactSizeIterator<Item = f64>) -> Self {
         let count = nodes.len();
-        let (mut values, mut slopes) = (vec![0.0; (degree + 1) * count], vec![0.0; (degree + 1) * count]);
+        let stride = count.next_multiple_of(4);
+        let (mut values, mut slopes) = (vec![0.0; (degree + 1) * stride], vec![0.0; (degree + 1) * stride]);
         for (k, x) in nodes.enumerate() {
             let mut row = [0.0; MAX_ORDER];
             row[0] = 1.0;
@@ -126,7 +130,7 @@ impl Line {
                     for i in 0..=degree {
                         let before = if i > 0 { row[i - 1] } else { 0.0 };
                         let own = if i < degree { row[i] } else { 0.0 };
-                        slopes[i * count + k] = degree as f64 * (before - own);
+                        slopes[i * stride + k] = degree as f64 * (before - own);
                     }
                 }
                 let mut carry = 0.0;
@@ -136,9 +140,9 @@ impl Line {
                     carry = own * x;
                 }
             }
-            (0..=degree).for_each(|i| values[i * count + k] = row[i]);
+            (0..=degree).for_each(|i| values[i * stride + k] = row[i]);
         }
-        Self { degree, nodes: count, values, slopes }
+        Self { degree, nodes: count, stride, values, slopes }
     }
 }
 
@@ -163,22 +167,65 @@ impl Row {
     /// Of a patch along `v` at node `x` of the line in `u`; its points only where they are wanted. Cost: the number of points of the net, and for each
     /// node those of one row of it.
     pub(crate) fn fill(&mut self, net: &[Vector], [u, v]: [&Line; 2], x: usize, with_points: bool) {
-        // Usual degrees as constants: then all loops have a length that is known.
-        match [u.degree, v.degree] {
-            [2, 2] => self.any(net, [u, v], [2, 2], x, with_points),
-            [3, 3] => self.any(net, [u, v], [3, 3], x, with_points),
-            degrees => self.any(net, [u, v], degrees, x, with_points),
+        // Usual degrees and numbers of nodes as constants: then all loops have a length that is known.
+        match ([u.degree, v.degree], v.stride) {
+            ([2, 2], 4) => self.known::<3, 3, 4>(net, [u, v], x, with_points),
+            ([2, 2], 8) => self.known::<3, 3, 8>(net, [u, v], x, with_points),
+            ([3, 3], 8) => self.known::<4, 4, 8>(net, [u, v], x, with_points),
+            ([3, 3], 12) => self.known::<4, 4, 12>(net, [u, v], x, with_points),
+            (degrees, _) => self.any(net, [u, v], degrees, x, with_points),
         }
     }
 
-    #[inline(always)]
+    /// Of degrees one less than `P` and `Q`, with `N` nodes and zeros.
+    fn known<const P: usize, const Q: usize, const N: usize>(
+        &mut self,
+        net: &[Vector],
+        [u, v]: [&Line; 2],
+        x: usize,
+        with_points: bool,
+    ) {
+        let Some(&first) = net.first() else { return };
+        let (rows, _) = net.as_chunks::<Q>();
+        let (functions, derivatives) = (v.values.as_chunks::<N>().0, v.slopes.as_chunks::<N>().0);
+        let (mut values, mut slopes) = ([[0.0; Q]; 3], [[0.0; Q]; 3]);
+        for (i, row) in rows.iter().enumerate().take(P) {
+            let (value, slope) = (u.values[i * u.stride + x], u.slopes[i * u.stride + x]);
+            for (j, point) in row.iter().enumerate() {
+                let point = point - first;
+                for a in 0..3 {
+                    values[a][j] += value * point[a];
+                    slopes[a][j] += slope * point[a];
+                }
+            }
+        }
+        let (mut along_u, mut along_v) = ([[0.0; N]; 3], [[0.0; N]; 3]);
+        for a in 0..3 {
+            add(&mut along_u[a], functions, &slopes[a]);
+            add(&mut along_v[a], derivatives, &values[a]);
+            if with_points {
+                let mut points = [0.0; N];
+                add(&mut points, functions, &values[a]);
+                self.points[a][..N].copy_from_slice(&points);
+            }
+        }
+        let ([ux, uy, uz], [vx, vy, vz]) = (&along_u, &along_v);
+        let [nx, ny, nz] = &mut self.normals;
+        let into = nx[..N].iter_mut().zip(&mut ny[..N]).zip(&mut nz[..N]).enumerate();
+        for (k, ((x, y), z)) in into {
+            *x = uy[k] * vz[k] - uz[k] * vy[k];
+            *y = uz[k] * vx[k] - ux[k] * vz[k];
+            *z = ux[k] * vy[k] - uy[k] * vx[k];
+        }
+    }
+
     fn any(&mut self, net: &[Vector], [u, v]: [&Line; 2], [p, q]: [usize; 2], x: usize, with_points: bool) {
         let Some(&first) = net.first() else { return };
         let count = v.nodes.min(MOST_NODES);
         // Tiny cells are far from the origin by their own size: what is left of that is taken off at once.
         let (mut values, mut slopes) = ([[0.0; MAX_ORDER]; 3], [[0.0; MAX_ORDER]; 3]);
         for i in 0..=p {
-            let (value, slope) = (u.values[i * u.nodes + x], u.slopes[i * u.nodes + x]);
+            let (value, slope) = (u.values[i * u.stride + x], u.slopes[i * u.stride + x]);
             for j in 0..=q {
                 let point = net[i * (q + 1) + j] - first;
                 for a in 0..3 {
@@ -191,8 +238,8 @@ impl Row {
         for a in 0..3 {
             let (by_u, by_v) = (&mut along_u[a][..count], &mut along_v[a][..count]);
             for j in 0..=q {
-                let functions = &v.values[j * v.nodes..j * v.nodes + count];
-                let derivatives = &v.slopes[j * v.nodes..j * v.nodes + count];
+                let functions = &v.values[j * v.stride..j * v.stride + count];
+                let derivatives = &v.slopes[j * v.stride..j * v.stride + count];
                 let (value, slope) = (values[a][j], slopes[a][j]);
                 for k in 0..count {
                     by_u[k] += functions[k] * slope;
@@ -203,7 +250,7 @@ impl Row {
                 let points = &mut self.points[a][..count];
                 points.fill(0.0);
                 for j in 0..=q {
-                    let functions = &v.values[j * v.nodes..j * v.nodes + count];
+                    let functions = &v.values[j * v.stride..j * v.stride + count];
                     points.iter_mut().zip(functions).for_each(|(sum, c)| *sum += c * values[a][j]);
                 }
             }
@@ -220,6 +267,14 @@ impl Row {
     /// The normal at a node.
     pub(crate) fn normal(&self, node: usize) -> [f64; 3] {
         [0, 1, 2].map(|a| self.normals[a][node])
+    }
+}
+
+/// `sum += Σ_j by_j functions_j` at all nodes.
+#[inline(always)]
+fn add<const N: usize, const Q: usize>(sum: &mut [f64; N], functions: &[[f64; N]], by: &[f64; Q]) {
+    for (function, by) in functions.iter().zip(by) {
+        sum.iter_mut().zip(function).for_each(|(sum, c)| *sum += c * by);
     }
 }
 

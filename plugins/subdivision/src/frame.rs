@@ -12,6 +12,14 @@ pub struct LimitStencils {
     pub tangents: [Stencil; 2],
 }
 
+impl LimitStencils {
+    /// The same over other vertices.
+    pub(crate) fn map(self, back: impl Fn(&Stencil) -> Stencil) -> Self {
+        let [u, v] = &self.tangents;
+        Self { position: back(&self.position), tangents: [back(u), back(v)] }
+    }
+}
+
 /// A point of a limit surface and its tangent plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LimitFrame {

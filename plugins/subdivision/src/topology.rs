@@ -213,5 +213,13 @@ impl Topology {
 
 /// `work` on every index below `count`, several results each, one after the other.
 fn flat<const N: usize>(count: usize, work: impl Fn(u32) -> [u32; N] + Sync + Send) -> Vec<u32> {
-    parallel::map(count, |k| work(k as u32)).into_flattened()
+    many(count, |k| work(k as u32)).into_flattened()
+}
+
+/// Fewer than these are done before other threads would have begun.
+const MANY: usize = 1 << 12;
+
+/// `work` on every index below `count`, side by side where they are many.
+fn many<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync + Send) -> Vec<R> {
+    if count < MANY { (0..count).map(work).collect() } else { parallel::map(count, work) }
 }

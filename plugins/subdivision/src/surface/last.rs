@@ -6,7 +6,7 @@ use loftsman_kernel::Vector;
 
 use super::fill::{self, Surrounded};
 use super::left_out::first_of;
-use super::net::{Net, bezier, hull_of, net_of};
+use super::net::{Net, bezier_of, hull_of};
 use super::pattern::Quadrant;
 use super::template::{Near, Templates};
 use crate::cage::Cage;
@@ -132,7 +132,7 @@ impl Quad<'_> {
 impl Surrounded for Quad<'_> {
     fn piece(&mut self, quadrant: Quadrant) -> Result<Option<Net>> {
         let piece = self.templates.piece(self.cage, &self.near, quadrant)?;
-        Ok(piece.map(|piece| bezier(&net_of(&piece, |k| self.point(k)))))
+        Ok(piece.map(|piece| bezier_of(&piece, |k| self.point(k))))
     }
 
     fn hull(&mut self, level: u32) -> Result<Vec<Vector>> {

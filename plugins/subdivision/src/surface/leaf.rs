@@ -4,13 +4,15 @@ use std::sync::Arc;
 
 use loftsman_kernel::shape::{Derivative, Stencil};
 
+use super::ground::Ground;
 use super::layout::Layout;
-use super::local::Local;
-use super::pattern::Quadrant;
+use super::pattern::{Pattern, Quadrant};
 use super::regular::{self, Row};
-use super::template::{Near, Piece};
+use super::template::Near;
 use crate::cage::Cage;
+use crate::catmull_clark::limit_position;
 use crate::error::Result;
+use crate::frame::LimitStencils;
 use crate::topology::NONE;
 use crate::uniform::cubic;
 
@@ -19,28 +21,18 @@ use crate::uniform::cubic;
 pub(super) struct Leaf {
     pub(super) quadrant: Quadrant,
     pub(super) vertices: Vec<usize>,
-    /// The place of each vertex among those of the piece.
-    order: Vec<u32>,
-    piece: Arc<Piece>,
+    columns: Vec<[f64; 16]>,
 }
 
 /// A face that was asked for last.
 #[derive(Debug)]
 pub(super) struct Last {
     face: usize,
-    near: Arc<Near>,
+    ground: Option<Arc<Ground>>,
     leaf: Option<Arc<Leaf>>,
 }
 
 impl Leaf {
-    fn new(quadrant: Quadrant, piece: Arc<Piece>, base: &[u32]) -> Self {
-        let vertex = |k: u32| base[piece.places[k as usize] as usize] as usize;
-        let mut order: Vec<u32> = (0..piece.places.len() as u32).collect();
-        order.sort_unstable_by_key(|&k| vertex(k));
-        let vertices = order.iter().map(|&k| vertex(k)).collect();
-        Self { quadrant, vertices, order, piece }
-    }
-
     /// A whole face, from the rows of its net over the vertices of the cage.
     fn of_net(net: &[Row; 16]) -> Self {
         let mut base: Vec<u32> = net.iter().flat_map(|row| row.iter().map(|&(v, _)| v)).collect();
@@ -54,12 +46,12 @@ impl Leaf {
                 }
             }
         }
-        let places = (0..base.len() as u32).collect();
-        Self::new(Quadrant::WHOLE, Arc::new(Piece { places, columns }), &base)
+        let vertices = base.into_iter().map(|v| v as usize).collect();
+        Self { quadrant: Quadrant::WHOLE, vertices, columns }
     }
 
     fn columns(&self) -> impl Iterator<Item = (usize, &[f64; 16])> {
-        self.vertices.iter().zip(&self.order).map(|(&v, &k)| (v, &self.piece.columns[k as usize]))
+        self.vertices.iter().copied().zip(&self.columns)
     }
 
     /// The row of a derivative at a place of the face.
@@ -89,22 +81,15 @@ impl Leaf {
     }
 }
 
-/// The surroundings of a face of the surface; those asked for last are kept.
-pub(super) fn near(cage: &Cage, layout: &Layout, face: usize) -> Result<Arc<Near>> {
+/// What the pieces of a face of the surface are made of; what was asked for last is kept.
+pub(super) fn ground(cage: &Cage, layout: &Layout, face: usize) -> Result<Arc<Ground>> {
     if let Ok(last) = layout.last(face).try_lock()
-        && let Some(last) = last.as_ref().filter(|last| last.face == face)
+        && let Some(Last { ground: Some(ground), .. }) = last.as_ref().filter(|last| last.face == face)
     {
-        return Ok(Arc::clone(&last.near));
+        return Ok(Arc::clone(ground));
     }
     let [of, corner] = layout.faces[face];
-    Near::new(cage, of, corner).map(Arc::new)
-}
-
-/// A face of the surface as it is before any place on it is looked for, and the vertices that its rows are over.
-pub(super) fn root(cage: &Cage, layout: &Layout, face: usize) -> Result<(Arc<Local>, Arc<Near>)> {
-    let near = near(cage, layout, face)?;
-    let local = layout.templates.local(cage, &near, Quadrant::WHOLE)?;
-    Ok((local, near))
+    Ground::new(cage, layout.pattern(face), of, corner, None).map(Arc::new)
 }
 
 /// The piece that holds a place, on the face's level `most` at the latest; `None` where it is not regular there. The last is kept for the
@@ -123,36 +108,70 @@ pub(super) fn leaf(
     {
         return Ok(Some(Arc::clone(leaf)));
     }
-    let near = near(cage, layout, face)?;
-    let leaf = find(cage, layout, face, &near, (u, v), most)?.map(Arc::new);
-    if let Ok(mut last) = layout.last(face).try_lock() {
-        *last = Some(Last { face, near, leaf: leaf.clone() });
+    let [of, corner] = layout.faces[face];
+    let pattern = layout.pattern(face);
+    if corner == NONE
+        && pattern.is_regular(Quadrant::WHOLE)
+        && let Some(net) = regular::net(cage, of as usize)
+    {
+        let leaf = Some(Arc::new(Leaf::of_net(&net)));
+        keep(layout, Last { face, ground: None, leaf: leaf.clone() });
+        return Ok(leaf);
     }
+    let ground = ground(cage, layout, face)?;
+    let leaf = find(cage, layout, pattern, &ground, (u, v), most)?.map(Arc::new);
+    keep(layout, Last { face, ground: Some(ground), leaf: leaf.clone() });
     Ok(leaf)
+}
+
+fn keep(layout: &Layout, last: Last) {
+    if let Ok(mut kept) = layout.last(last.face).try_lock() {
+        *kept = Some(last);
+    }
+}
+
+/// The limit of an extraordinary corner of a face, as a row over the vertices of the cage.
+pub(super) fn position(cage: &Cage, layout: &Layout, face: usize, corner: usize) -> Result<Stencil> {
+    let [of, part] = layout.faces[face];
+    let at = if part == NONE { corner } else { part as usize };
+    // Of a part the middle is extraordinary, too.
+    if part != NONE
+        && corner == 2
+        && let Some(middle) = ground(cage, layout, face)?.middle()
+    {
+        return middle;
+    }
+    limit_position(cage, cage.topology().face(of as usize)[at] as usize)
+}
+
+/// The limit of an extraordinary corner of a face, as rows over the vertices of the cage: its point, and its tangents along `u` and `v` of the face.
+pub(super) fn limit(cage: &Cage, layout: &Layout, face: usize, corner: usize) -> Result<LimitStencils> {
+    let ground = ground(cage, layout, face)?;
+    if ground.is_parted() {
+        let near = Near::new(cage, layout.faces[face][0], NONE)?;
+        let back = |s: &Stencil| s.iter().map(|(k, c)| (near.base[k] as usize, c)).collect();
+        return Ok(near.root(cage)?.limit(corner)?.map(back));
+    }
+    let local = layout.templates.local(ground.cage(cage), ground.near(0), Quadrant::WHOLE)?;
+    Ok(local.limit(corner)?.map(|s| ground.back(0, s)))
 }
 
 fn find(
     cage: &Cage,
     layout: &Layout,
-    face: usize,
-    near: &Near,
+    pattern: &Pattern,
+    ground: &Ground,
     (u, v): (f64, f64),
     most: u32,
 ) -> Result<Option<Leaf>> {
-    let pattern = layout.pattern(face);
-    let [of, corner] = layout.faces[face];
-    if corner == NONE
-        && pattern.is_regular(Quadrant::WHOLE)
-        && let Some(net) = regular::net(cage, of as usize)
-    {
-        return Ok(Some(Leaf::of_net(&net)));
-    }
     for level in 0..=most {
         let quadrant = Quadrant::holding(level, u, v);
         if pattern.is_regular(quadrant)
-            && let Some(piece) = layout.templates.piece(cage, near, quadrant)?
+            && let Some((part, within)) = ground.part(quadrant)
+            && let Some(piece) = layout.templates.piece(ground.cage(cage), ground.near(part), within)?
         {
-            return Ok(Some(Leaf::new(quadrant, piece, &near.base)));
+            let (vertices, columns) = ground.columns(part, &piece);
+            return Ok(Some(Leaf { quadrant, vertices, columns }));
         }
     }
     Ok(None)

@@ -6,11 +6,12 @@ use loftsman_kernel::shape::{Derivative, Location, Shape};
 use loftsman_kernel::spline::gram::gauss_legendre;
 use loftsman_kernel::{Point, Vector};
 
+use super::SubdivisionSurface;
+use super::ground::Ground;
 use super::local::Local;
 use super::net::{hull_of, largest, net_of, slopes};
 use super::pattern::{Pattern, Quadrant};
 use super::template::{Near, Piece};
-use super::{SubdivisionSurface, leaf};
 use crate::cage::Cage;
 use crate::error::{Result, SubdivisionError};
 use crate::uniform::cubic;
@@ -73,34 +74,46 @@ impl Sum {
     }
 }
 
-/// The volume `⅓ ∫∫ S·(S_u × S_v)` of a piece with uniform knots, by as many Gauss points in each direction as are exact for its degree.
-pub(crate) fn volume<const N: usize>(
-    net: &[Vector],
-    basis: impl Fn(f64, usize) -> [f64; N],
-    count: usize,
-) -> f64 {
-    let (nodes, weights) = gauss_legendre(count);
-    let functions: Vec<[[f64; N]; 2]> = nodes.iter().map(|&x| [basis(x, 0), basis(x, 1)]).collect();
-    let mut sum = 0.0;
-    for (along_u, by_u) in functions.iter().zip(&weights) {
-        // Positions and derivatives by u of the vertices along v.
-        let line = |row: &[f64; N]| -> [Vector; N] {
-            std::array::from_fn(|j| (0..N).fold(Vector::zeros(), |sum, i| sum + net[N * i + j] * row[i]))
-        };
-        let [values, slopes] = [line(&along_u[0]), line(&along_u[1])];
-        for (along_v, by_v) in functions.iter().zip(&weights) {
-            let at = |line: &[Vector; N], row: &[f64; N]| {
-                line.iter().zip(row).fold(Vector::zeros(), |sum, (p, c)| sum + p * *c)
-            };
-            let (point, su) = (at(&values, &along_v[0]), at(&slopes, &along_v[0]));
-            sum += by_u * by_v * point.dot(&su.cross(&at(&values, &along_v[1])));
-        }
-    }
-    sum / 3.0
+/// What volumes of pieces with uniform knots are taken by: as many Gauss points in each direction as are exact for their degree, `N - 1`.
+pub(crate) struct Exact<const N: usize> {
+    /// Of each point the values of the functions, their derivatives, and its weight.
+    nodes: Vec<([[f64; N]; 2], f64)>,
 }
 
-/// By how much of its squared diameter the area over a quadrant with like surroundings is bounded.
-type Known = BTreeMap<Vec<u32>, f64>;
+impl<const N: usize> Exact<N> {
+    pub(crate) fn new(basis: impl Fn(f64, usize) -> [f64; N], count: usize) -> Self {
+        let (nodes, weights) = gauss_legendre(count);
+        let both = nodes.iter().map(|&x| [basis(x, 0), basis(x, 1)]);
+        Self { nodes: both.zip(weights).collect() }
+    }
+
+    /// The volume `⅓ ∫∫ S·(S_u × S_v)` of a piece.
+    pub(crate) fn volume(&self, net: &[Vector]) -> f64 {
+        let mut sum = 0.0;
+        for (along_u, by_u) in &self.nodes {
+            // Positions and derivatives by u of the vertices along v.
+            let line = |row: &[f64; N]| -> [Vector; N] {
+                std::array::from_fn(|j| (0..N).fold(Vector::zeros(), |sum, i| sum + net[N * i + j] * row[i]))
+            };
+            let [values, slopes] = [line(&along_u[0]), line(&along_u[1])];
+            for (along_v, by_v) in &self.nodes {
+                let at = |line: &[Vector; N], row: &[f64; N]| {
+                    line.iter().zip(row).fold(Vector::zeros(), |sum, (p, c)| sum + p * *c)
+                };
+                let (point, su) = (at(&values, &along_v[0]), at(&slopes, &along_v[0]));
+                sum += by_u * by_v * point.dot(&su.cross(&at(&values, &along_v[1])));
+            }
+        }
+        sum / 3.0
+    }
+}
+
+/// What all quadrants have in common.
+struct Known {
+    /// By how much of its squared diameter the area over a quadrant with like surroundings is bounded.
+    shares: BTreeMap<Vec<u32>, f64>,
+    exact: Exact<4>,
+}
 
 impl SubdivisionSurface {
     /// Bounds of what the [cells](loftsman_kernel::shape::Cells) leave out, and with them all integrals over the surface.
@@ -121,25 +134,23 @@ impl SubdivisionSurface {
     /// When a face has more than 2048 vertices in the faces round it.
     pub fn left_out(&self) -> Result<LeftOut> {
         let mut sum = Sum::default();
-        let (mut known, mut kinds) = (Known::new(), BTreeMap::new());
-        for face in 0..self.layout.faces.len() {
-            let pattern = self.layout.pattern_of[face] as usize;
-            if self.layout.left[pattern].is_empty() {
+        let (mut known, mut last) = (Known { shares: BTreeMap::new(), exact: Exact::new(cubic, 5) }, None);
+        for (face, &[of, corner]) in self.layout.faces.iter().enumerate() {
+            let left = &self.layout.left[self.layout.pattern_of[face] as usize];
+            if left.is_empty() {
                 continue;
             }
-            let near = leaf::near(&self.cage, &self.layout, face)?;
-            if !kinds.contains_key(near.key()) {
-                let local = |&quadrant| self.layout.templates.local(&self.cage, &near, quadrant);
-                let all = self.layout.left[pattern].iter().map(local).collect::<Result<Vec<_>>>()?;
-                kinds.insert(near.key().to_vec(), all);
+            let own = Ground::new(&self.cage, self.layout.pattern(face), of, corner, last.as_ref())?;
+            for &quadrant in left {
+                // What is left out is less than a face, so that it is in one of its parts.
+                let Some((part, within)) = own.part(quadrant) else { continue };
+                let local = self.layout.templates.local(own.cage(&self.cage), own.near(part), within)?;
+                let apex = self.limit_at(face, quadrant)?;
+                let points = own.points(|v| self.cage.points()[v as usize] - apex);
+                let ring = hull_of(&local, |k| points.of(part)[k]);
+                sum.add(self.left(&local, &ring, &mut known)?);
             }
-            for (local, quadrant) in
-                kinds.get(near.key()).into_iter().flatten().zip(&self.layout.left[pattern])
-            {
-                let apex = self.limit_at(face, *quadrant)?;
-                let ring = hull_of(local, |k| self.cage.points()[near.base[k] as usize] - apex);
-                sum.add(self.left(local, &ring, &mut known)?);
-            }
+            last = Some(own);
         }
         Ok(sum.left_out())
     }
@@ -163,16 +174,16 @@ impl SubdivisionSurface {
                 let net = net_of(&piece, point);
                 let [u, v] = slopes(&net);
                 left.area += u * v;
-                left.volume += volume(&net, cubic, 5);
+                left.volume += known.exact.volume(&net);
             }
         }
         let last = self.layout.templates.local(cage, &near, first_of(OWN))?;
         let rest = hull_of(&last, point);
-        let share = match known.get(near.key()) {
+        let share = match known.shares.get(near.key()) {
             Some(share) => *share,
             None => {
                 let share = self.share(&last)?;
-                known.insert(near.key().to_vec(), share);
+                known.shares.insert(near.key().to_vec(), share);
                 share
             }
         };

@@ -110,6 +110,12 @@ impl Local {
         self.width
     }
 
+    /// The count of all numbers that it holds, about.
+    pub(super) fn numbers(&self) -> usize {
+        // What is said of a vertex and of its edges and faces is some forty numbers.
+        self.rows.len() + 40 * self.cage.topology().vertex_count()
+    }
+
     /// The face and those round it: a cage without points.
     pub(super) fn cage(&self) -> &Cage {
         &self.cage

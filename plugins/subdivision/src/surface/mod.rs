@@ -8,6 +8,7 @@ mod edges;
 pub(crate) mod facing;
 pub(crate) mod fill;
 pub(crate) mod grids;
+mod ground;
 pub(crate) mod holes;
 mod last;
 mod layout;
@@ -78,7 +79,9 @@ const LEVELS: u32 = 40;
 ///
 /// *Cost.* Making one is linear in the cage. A row costs what is near, whatever the size of the cage: some 2 µs where the face is regular.
 /// Where it is not, faces with the same surroundings (the same valences and creases, whatever their places) have the same pieces: the
-/// first of them costs some 30 µs for each level, all others what regular ones cost. Many places in one piece cost less than 1 µs each.
+/// first of them costs some 30 µs for each level, all others what regular ones cost. A face of which several corners are not regular, and one
+/// that is no quad, is refined once for that, which costs some 20 µs: its parts have one such corner each, and so few kinds of surroundings, however
+/// irregular the cage. Many places in one piece cost less than 1 µs each.
 ///
 /// # Example
 ///
@@ -253,15 +256,11 @@ impl SubdivisionSurface {
                 if self.cage.has_intervals() {
                     return self.uneven_corner(face, corner, by);
                 }
-                let (root, near) = leaf::root(&self.cage, &self.layout, face).map_err(refused)?;
-                let limit = root.limit(corner).map_err(refused)?;
-                let back = |s: &Stencil| s.iter().map(|(k, c)| (near.base[k] as usize, c)).collect();
-                let tangents = [back(&limit.tangents[0]), back(&limit.tangents[1])];
-                return of_limit(
-                    crate::LimitStencils { position: back(&limit.position), tangents },
-                    by,
-                    place,
-                );
+                if by == Derivative::POSITION {
+                    return leaf::position(&self.cage, &self.layout, face, corner).map_err(refused);
+                }
+                let limit = leaf::limit(&self.cage, &self.layout, face, corner).map_err(refused)?;
+                return of_limit(limit, by, place);
             }
         }
         let found = leaf::leaf(&self.cage, &self.layout, face, (u, v), LEVELS + 16).map_err(refused)?;

@@ -1,5 +1,7 @@
 //! Bicubic pieces with points: as Bézier patches, and how far they are from triangles.
 
+use std::ops::{Add, Div, Mul};
+
 use loftsman_kernel::{Point, Vector};
 
 use super::local::Local;
@@ -16,12 +18,24 @@ pub(crate) fn largest(all: impl Iterator<Item = f64>) -> f64 {
 
 /// The vertices of a piece's net.
 pub(super) fn net_of(piece: &Piece, point: impl Fn(usize) -> Vector) -> Net {
-    let mut net = [Vector::zeros(); 16];
-    for (&place, column) in piece.places.iter().zip(&piece.columns) {
+    sum(piece, &piece.columns, point)
+}
+
+/// The Bézier points of a piece.
+pub(super) fn bezier_of(piece: &Piece, point: impl Fn(usize) -> Vector) -> Net {
+    sum(piece, &piece.bezier, point)
+}
+
+fn sum(piece: &Piece, columns: &[[f64; 16]], point: impl Fn(usize) -> Vector) -> Net {
+    // Coordinate by coordinate, so that all sums of one go on side by side.
+    let mut sums = [[0.0; 16]; 3];
+    for (&place, column) in piece.places.iter().zip(columns) {
         let p = point(place as usize);
-        net.iter_mut().zip(column).for_each(|(sum, c)| *sum += p * *c);
+        for (sums, x) in sums.iter_mut().zip(p.iter()) {
+            sums.iter_mut().zip(column).for_each(|(sum, c)| *sum += x * c);
+        }
     }
-    net
+    std::array::from_fn(|k| Vector::new(sums[0][k], sums[1][k], sums[2][k]))
 }
 
 /// The vertices round a quadrant: it lies in their convex hull, for what refinement makes are means of them.
@@ -37,9 +51,12 @@ pub(super) fn hull_of(local: &Local, point: impl Fn(usize) -> Vector) -> Vec<Vec
     (0..count).map(at).collect()
 }
 
-/// The Bézier points of a uniform B-spline piece.
-pub(super) fn bezier(net: &Net) -> Net {
-    let line = |c: [Vector; 4]| {
+/// The Bézier points of a uniform B-spline piece, or one coefficient of each.
+pub(super) fn bezier<T>(net: &[T; 16]) -> [T; 16]
+where
+    T: Copy + Add<Output = T> + Mul<f64, Output = T> + Div<f64, Output = T>,
+{
+    let line = |c: [T; 4]| {
         let [a, b, c, d] = c;
         [(a + b * 4.0 + c) / 6.0, (b * 2.0 + c) / 3.0, (b + c * 2.0) / 3.0, (b + c * 4.0 + d) / 6.0]
     };
@@ -62,11 +79,11 @@ fn cut_line(c: [Vector; 4], [a, b]: [f64; 2]) -> [Vector; 4] {
 }
 
 /// What is done to a line of four in each direction.
-pub(crate) fn both(
-    net: &Net,
-    along_u: impl Fn([Vector; 4]) -> [Vector; 4],
-    along_v: impl Fn([Vector; 4]) -> [Vector; 4],
-) -> Net {
+pub(crate) fn both<T: Copy>(
+    net: &[T; 16],
+    along_u: impl Fn([T; 4]) -> [T; 4],
+    along_v: impl Fn([T; 4]) -> [T; 4],
+) -> [T; 16] {
     let mut all = *net;
     for i in 0..4 {
         let line = along_v([0, 1, 2, 3].map(|j| all[4 * i + j]));

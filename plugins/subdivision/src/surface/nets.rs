@@ -7,10 +7,10 @@ use loftsman_kernel::shape::{CellNet, CellSide};
 use loftsman_kernel::{Point, Vector};
 
 use super::SubdivisionSurface;
-use super::net::{Net, bezier, net_of};
+use super::ground::Ground;
+use super::net::{Net, bezier, bezier_of};
 use super::pattern::Quadrant;
 use super::regular;
-use super::template::Near;
 use crate::surface::refused;
 use crate::topology::NONE;
 
@@ -23,7 +23,7 @@ impl SubdivisionSurface {
         origin: &Point,
         each: &mut dyn FnMut(CellNet<'_>),
     ) -> Result<()> {
-        let layout = &self.layout;
+        let (layout, mut last) = (&self.layout, None);
         let mut face = layout.cells.partition_point(|&first| first <= numbers.start).saturating_sub(1);
         while let (Some(&first), Some(&end)) = (layout.cells.get(face), layout.cells.get(face + 1))
             && first < numbers.end
@@ -33,7 +33,7 @@ impl SubdivisionSurface {
                 let quadrants =
                     &layout.quadrants[layout.pattern_of[face] as usize][own.start - first..own.end - first];
                 let mut number = own.start;
-                self.nets_of_face(face, quadrants, origin, &mut |quadrant, net| {
+                self.nets_of_face(face, quadrants, origin, &mut last, &mut |quadrant, net| {
                     let size = 0.5_f64.powi(quadrant.level as i32);
                     let sides = [quadrant.i, quadrant.j].map(|k| CellSide {
                         start: k as f64 * size,
@@ -54,6 +54,7 @@ impl SubdivisionSurface {
         face: usize,
         quadrants: &[Quadrant],
         origin: &Point,
+        last: &mut Option<Ground>,
         each: &mut dyn FnMut(Quadrant, &Net),
     ) -> Result<()> {
         let points = self.cage.points();
@@ -67,17 +68,25 @@ impl SubdivisionSurface {
             each(Quadrant::WHOLE, &bezier(&net));
             return Ok(());
         }
-        let near = Near::new(&self.cage, of, corner).map_err(refused)?;
-        let around: Vec<Vector> = near.base.iter().map(|&v| points[v as usize] - origin).collect();
-        let pieces = self.layout.templates.pieces(&self.cage, &near, quadrants).map_err(refused)?;
-        for (piece, &quadrant) in pieces.into_iter().zip(quadrants) {
-            let piece = piece.ok_or_else(|| {
-                Error::Invalid(format!(
-                    "face {face} is no bicubic piece on a part that is counted as one: {quadrant:?}"
-                ))
-            })?;
-            each(quadrant, &bezier(&net_of(&piece, |place| around[place])));
+        let pattern = self.layout.pattern(face);
+        let own = Ground::new(&self.cage, pattern, of, corner, last.as_ref()).map_err(refused)?;
+        let points = own.points(|v| points[v as usize] - origin);
+        let cage = own.cage(&self.cage);
+        let part_of = |quadrant: &Quadrant| own.part(*quadrant).map(|(part, _)| part);
+        for run in quadrants.chunk_by(|a, b| part_of(a) == part_of(b)) {
+            let within = run.iter().filter_map(|&quadrant| own.part(quadrant).map(|(_, within)| within));
+            let Some(part) = part_of(&run[0]) else { return Err(no_piece(face, run[0])) };
+            let pieces = self.layout.templates.pieces(cage, own.near(part), within).map_err(refused)?;
+            for (piece, &quadrant) in pieces.into_iter().zip(run) {
+                let piece = piece.ok_or_else(|| no_piece(face, quadrant))?;
+                each(quadrant, &bezier_of(&piece, |place| points.of(part)[place]));
+            }
         }
+        *last = Some(own);
         Ok(())
     }
+}
+
+fn no_piece(face: usize, quadrant: Quadrant) -> Error {
+    Error::Invalid(format!("face {face} is no bicubic piece on a part that is counted as one: {quadrant:?}"))
 }

@@ -4,9 +4,11 @@
 //! surroundings. What is refined for one is there for all.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
 use super::local::{Local, around};
+use super::net::bezier;
 use super::pattern::Quadrant;
 use crate::cage::Cage;
 use crate::catmull_clark::weights::beyond_of;
@@ -32,29 +34,27 @@ pub(super) struct Near {
     key: Vec<u32>,
 }
 
-/// A bicubic piece: which vertices of the surroundings it depends on, and how each counts in its net of 16.
+/// A bicubic piece: which vertices of the surroundings it depends on, how each counts in its net of 16, and how in its Bézier points.
 #[derive(Debug)]
 pub(super) struct Piece {
     pub(super) places: Vec<u32>,
     pub(super) columns: Vec<[f64; 16]>,
+    pub(super) bezier: Vec<[f64; 16]>,
 }
 
-/// The pieces of all faces with the same surroundings.
-#[derive(Debug)]
-struct Template {
-    /// Neighbourhoods refined one after another towards the last that was asked for, from the face itself on.
-    path: Vec<(Quadrant, Arc<Local>)>,
-    pieces: BTreeMap<Quadrant, Arc<Piece>>,
+/// What faces with the same surroundings have in common, as far as it was asked for.
+#[derive(Debug, Default)]
+pub(super) struct Template {
+    locals: RwLock<BTreeMap<Quadrant, Arc<Local>>>,
+    pieces: RwLock<BTreeMap<Quadrant, Arc<Piece>>>,
 }
 
-/// Templates by what their surroundings are. What comes out does not depend on what is kept.
+/// Templates by what their surroundings are. What comes out does not depend on what is kept, nor on who asks first.
 #[derive(Debug, Default)]
-pub(super) struct Templates(Mutex<Kept>);
-
-#[derive(Debug, Default)]
-struct Kept {
-    all: BTreeMap<Vec<u32>, Template>,
-    numbers: usize,
+pub(super) struct Templates {
+    all: RwLock<BTreeMap<Vec<u32>, Arc<Template>>>,
+    /// How many numbers they hold, about.
+    numbers: AtomicUsize,
 }
 
 impl Near {
@@ -97,108 +97,123 @@ impl Near {
 }
 
 impl Templates {
+    /// That of a face's surroundings. Cost: a look-up.
+    pub(super) fn of(&self, near: &Near) -> Arc<Template> {
+        let known = read(&self.all).get(&near.key).map(Arc::clone);
+        known.unwrap_or_else(|| {
+            self.add(near.key.len());
+            Arc::clone(write(&self.all).entry(near.key.clone()).or_default())
+        })
+    }
+
+    /// How many there are.
+    #[cfg(test)]
+    pub(super) fn count(&self) -> usize {
+        read(&self.all).len()
+    }
+
     /// The pieces over quadrants of a face, in their order, as [`piece`](Self::piece) has them one by one.
     pub(super) fn pieces(
         &self,
         cage: &Cage,
         near: &Near,
-        quadrants: &[Quadrant],
+        quadrants: impl Iterator<Item = Quadrant> + Clone,
     ) -> Result<Vec<Option<Arc<Piece>>>> {
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = kept.all.get(&near.key).and_then(|template| {
-            let piece = |quadrant| template.pieces.get(quadrant).map(|piece| Some(Arc::clone(piece)));
-            quadrants.iter().map(piece).collect()
-        });
+        let template = self.of(near);
+        let known = {
+            let kept = read(&template.pieces);
+            let piece = |quadrant| kept.get(&quadrant).map(|piece| Some(Arc::clone(piece)));
+            quadrants.clone().map(piece).collect()
+        };
         match known {
             Some(pieces) => Ok(pieces),
-            None => quadrants.iter().map(|&quadrant| kept.piece(cage, near, quadrant)).collect(),
+            None => quadrants.map(|quadrant| self.piece_of(&template, cage, near, quadrant)).collect(),
         }
     }
 
     /// The piece over a quadrant of a face; `None` where it is not regular. Cost: a look-up where faces like it were asked for it, else
-    /// a refinement for each level that it does not share with the last.
+    /// a refinement for each level that none of them was asked for.
     pub(super) fn piece(&self, cage: &Cage, near: &Near, quadrant: Quadrant) -> Result<Option<Arc<Piece>>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).piece(cage, near, quadrant)
+        self.piece_of(&self.of(near), cage, near, quadrant)
     }
 
-    /// The neighbourhood of a quadrant of a face. Cost: a refinement for each level that it does not share with the last.
+    /// The neighbourhood of a quadrant of a face. Cost: a refinement for each level that faces like it were not asked for.
     pub(super) fn local(&self, cage: &Cage, near: &Near, quadrant: Quadrant) -> Result<Arc<Local>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).local(cage, near, quadrant)
+        let template = self.of(near);
+        let local = self.local_of(&template, cage, near, quadrant)?;
+        self.keep(&template, quadrant, &local);
+        Ok(local)
     }
-}
 
-impl Kept {
-    fn piece(&mut self, cage: &Cage, near: &Near, quadrant: Quadrant) -> Result<Option<Arc<Piece>>> {
-        let known = self.all.get(&near.key).and_then(|template| template.pieces.get(&quadrant));
-        if let Some(piece) = known {
+    fn piece_of(
+        &self,
+        template: &Template,
+        cage: &Cage,
+        near: &Near,
+        quadrant: Quadrant,
+    ) -> Result<Option<Arc<Piece>>> {
+        if let Some(piece) = read(&template.pieces).get(&quadrant) {
             return Ok(Some(Arc::clone(piece)));
         }
-        let local = self.local(cage, near, quadrant)?;
+        let local = self.local_of(template, cage, near, quadrant)?;
         let Some(net) = local.net() else { return Ok(None) };
         let used = net.into_iter().enumerate().filter(|(_, column)| column.iter().any(|&c| c != 0.0));
-        let (places, columns) = used.map(|(k, column)| (k as u32, column)).unzip();
-        let piece = Arc::new(Piece { places, columns });
-        self.keep(near, quadrant, &piece);
+        let (places, columns): (_, Vec<_>) = used.map(|(k, column)| (k as u32, column)).unzip();
+        let bezier = columns.iter().map(bezier).collect();
+        let piece = Arc::new(Piece { places, columns, bezier });
+        if piece.places.len() <= WIDEST {
+            write(&template.pieces).insert(quadrant, Arc::clone(&piece));
+            self.add(33 * piece.places.len());
+        }
         Ok(Some(piece))
     }
 
-    fn local(&mut self, cage: &Cage, near: &Near, quadrant: Quadrant) -> Result<Arc<Local>> {
-        let template = self
-            .all
-            .entry(near.key.clone())
-            .or_insert_with(|| Template { path: Vec::new(), pieces: BTreeMap::new() });
-        template.local(cage, near, quadrant)
+    /// The neighbourhood of a quadrant; those of what it is a part of are kept, for others are parts of these, too.
+    fn local_of(
+        &self,
+        template: &Template,
+        cage: &Cage,
+        near: &Near,
+        quadrant: Quadrant,
+    ) -> Result<Arc<Local>> {
+        // The way up, to one that is there.
+        let (mut way, mut at) = (Vec::new(), quadrant);
+        let mut local = loop {
+            if let Some(known) = read(&template.locals).get(&at) {
+                break Arc::clone(known);
+            }
+            let Some((parent, corner)) = at.parent() else { break Arc::new(near.root(cage)?) };
+            way.push((at, corner));
+            at = parent;
+        };
+        while let Some((next, corner)) = way.pop() {
+            self.keep(template, at, &local);
+            local = Arc::new(local.refined(corner, (4 - corner) % 4)?);
+            at = next;
+        }
+        Ok(local)
     }
 
-    fn keep(&mut self, near: &Near, quadrant: Quadrant, piece: &Arc<Piece>) {
-        if piece.places.len() > WIDEST {
-            return;
+    fn keep(&self, template: &Template, quadrant: Quadrant, local: &Arc<Local>) {
+        if local.width() <= WIDEST && !read(&template.locals).contains_key(&quadrant) {
+            write(&template.locals).insert(quadrant, Arc::clone(local));
+            self.add(local.numbers());
         }
-        let more = 17 * piece.places.len();
-        if self.numbers + more > MOST {
-            self.all.values_mut().for_each(|template| template.pieces.clear());
-            self.numbers = 0;
-        }
-        if let Some(template) = self.all.get_mut(&near.key) {
-            template.pieces.insert(quadrant, Arc::clone(piece));
-            self.numbers += more;
+    }
+
+    /// Counts what is kept, and lets all of it go where that is too much.
+    fn add(&self, more: usize) {
+        if self.numbers.fetch_add(more, Ordering::Relaxed) + more > MOST {
+            write(&self.all).clear();
+            self.numbers.store(0, Ordering::Relaxed);
         }
     }
 }
 
-impl Template {
-    fn local(&mut self, cage: &Cage, near: &Near, quadrant: Quadrant) -> Result<Arc<Local>> {
-        if let Some((known, local)) = self.path.get(quadrant.level as usize)
-            && *known == quadrant
-        {
-            return Ok(Arc::clone(local));
-        }
-        // The way down, from the whole.
-        let mut way = vec![(quadrant, 0)];
-        while let Some((parent, corner)) = way[way.len() - 1].0.parent() {
-            let last = way.len() - 1;
-            way[last].1 = corner;
-            way.push((parent, 0));
-        }
-        way.reverse();
-        let same = self.path.iter().zip(&way).take_while(|(a, b)| a.0 == b.0).count();
-        self.path.truncate(same);
-        let mut local = self.path.last().map(|(_, local)| Arc::clone(local));
-        for &(quadrant, corner) in &way[same..] {
-            let next = match &local {
-                None => near.root(cage)?,
-                Some(parent) => parent.refined(corner, (4 - corner) % 4)?,
-            };
-            let next = Arc::new(next);
-            // A wide neighbourhood is kept no longer than it is needed, and so is what follows it.
-            if next.width() <= WIDEST {
-                self.path.push((quadrant, Arc::clone(&next)));
-            }
-            local = Some(next);
-        }
-        match local {
-            Some(local) => Ok(local),
-            None => near.root(cage).map(Arc::new),
-        }
-    }
+fn read<T>(lock: &RwLock<T>) -> RwLockReadGuard<'_, T> {
+    lock.read().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn write<T>(lock: &RwLock<T>) -> RwLockWriteGuard<'_, T> {
+    lock.write().unwrap_or_else(PoisonError::into_inner)
 }

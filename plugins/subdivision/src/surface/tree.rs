@@ -10,13 +10,14 @@ use loftsman_kernel::{Point, Vector};
 
 use super::apart::{Apart, Over};
 use super::facing::Scheme;
-use super::net::{Net, bezier, hull_of, net_of};
+use super::ground::Ground;
+use super::net::{Net, bezier, bezier_of, hull_of};
 use super::pattern::{Pattern, Quadrant};
 use super::places::Place;
 use super::quads::Quads;
 use super::refused;
 use super::regular;
-use super::template::{Near, Templates};
+use super::template::Templates;
 use crate::cage::Cage;
 use crate::catmull_clark::{limit_frames_of, refine, side_normals};
 use crate::part::Part;
@@ -170,15 +171,19 @@ impl Scheme for Batches {
             return Ok(apart.of_patch(&bezier(&net), Quadrant::WHOLE));
         }
         let pattern = Pattern::of_quad(cage, face);
-        let near = Near::from_corner(cage, face, 0).map_err(refused)?;
-        let point = |k: usize| cage.points()[near.base[k] as usize].coords;
+        let own = Ground::new(cage, &pattern, face as u32, NONE, None).map_err(refused)?;
+        let (points, small) = (own.points(|v| cage.points()[v as usize].coords), own.cage(cage));
         let look = |quadrant, _: &()| {
+            let Some((part, within)) = own.part(quadrant) else {
+                return Ok(Over::Hull(points.all().map(Point::from).collect()));
+            };
+            let (near, point) = (own.near(part), |k: usize| points.of(part)[k]);
             if pattern.is_regular(quadrant)
-                && let Some(piece) = self.templates.piece(cage, &near, quadrant).map_err(refused)?
+                && let Some(piece) = self.templates.piece(small, near, within).map_err(refused)?
             {
-                return Ok(Over::Patch(Box::new(bezier(&net_of(&piece, point)))));
+                return Ok(Over::Patch(Box::new(bezier_of(&piece, point))));
             }
-            let local = self.templates.local(cage, &near, quadrant).map_err(refused)?;
+            let local = self.templates.local(small, near, within).map_err(refused)?;
             Ok(Over::Hull(hull_of(&local, point).into_iter().map(Point::from).collect()))
         };
         apart.of_parts(&(), |_, ()| [(); 4], look)

@@ -4,13 +4,13 @@ use loftsman_kernel::Point;
 
 /// The distance from a triangle: from its plane where the foot is inside, else from its sides.
 pub(super) fn from_triangle(p: &Point, [a, b, c]: &[Point; 3]) -> f64 {
-    let sides = [(a, b), (b, c), (c, a)]
-        .map(|(a, b)| from_segment(p, a, b))
-        .into_iter()
-        .fold(f64::INFINITY, f64::min);
-    let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) else { return sides };
-    let inside = [(a, b), (b, c), (c, a)].iter().all(|(a, b)| (*b - *a).cross(&(p - *a)).dot(&normal) >= 0.0);
-    if inside { (p - a).dot(&normal).abs() } else { sides }
+    let sides = [(a, b), (b, c), (c, a)];
+    if let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0)
+        && sides.iter().all(|(a, b)| (*b - *a).cross(&(p - *a)).dot(&normal) >= 0.0)
+    {
+        return (p - a).dot(&normal).abs();
+    }
+    sides.into_iter().map(|(a, b)| from_segment(p, a, b)).fold(f64::INFINITY, f64::min)
 }
 
 pub(super) fn from_segment(p: &Point, a: &Point, b: &Point) -> f64 {

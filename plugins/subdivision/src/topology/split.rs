@@ -1,9 +1,8 @@
 //! Every face split into quads round its middle: the topology that Catmull-Clark refinement makes, by arithmetic alone.
 
 use super::build::check_room;
-use super::{NONE, Topology, flat};
+use super::{NONE, Topology, flat, many};
 use crate::error::Result;
-use loftsman_kernel::parallel;
 
 impl Topology {
     /// The topology with a vertex more on each edge and face. With `V` vertices, `E` edges: vertex `v` stays `v`, edge `e` becomes
@@ -28,7 +27,7 @@ impl Topology {
             let at_end = u32::from(self.edges[back as usize][0] == before);
             [2 * along + at_start, 2 * e + h, 2 * e + before, 2 * back + at_end]
         });
-        let child_edges = parallel::map(2 * edges + corners, |k| {
+        let child_edges = many(2 * edges + corners, |k| {
             let k = k as u32;
             if k >= 2 * e {
                 let h = k - 2 * e;
@@ -40,7 +39,7 @@ impl Topology {
                 if other == NONE { (NONE, NONE) } else { (4 * other, 4 * self.next(other) + 3) };
             if k.is_multiple_of(2) { [starts, back_ends] } else { [ends, back_starts] }
         });
-        let leaving = parallel::map(vertices + edges + self.face_count(), |k| {
+        let leaving = many(vertices + edges + self.face_count(), |k| {
             if k < vertices {
                 4 * self.leaving[k]
             } else if k < vertices + edges {

@@ -9,7 +9,7 @@ use super::node::Node;
 use super::{DooSabinSurface, kind};
 use crate::LeftOut;
 use crate::error::{Result, SubdivisionError};
-use crate::surface::left_out::{Left, Sum, volume};
+use crate::surface::left_out::{Exact, Left, Sum};
 use crate::surface::net::largest;
 use crate::uniform::quadratic;
 
@@ -37,7 +37,7 @@ impl DooSabinSurface {
     /// # Errors
     /// When the mesh is too large to be refined once.
     pub fn left_out(&self) -> Result<LeftOut> {
-        let (mut sum, mut known) = (Sum::default(), BTreeMap::new());
+        let (mut sum, mut known, exact) = (Sum::default(), BTreeMap::new(), Exact::new(quadratic, 3));
         for (node, &half) in self.nodes()?.into_iter().zip(&self.layout.corners) {
             let kind = kind(&self.cage, half);
             for corner in [0, 2].into_iter().filter(|corner| kind & [1, 0, 2][*corner] != 0) {
@@ -47,7 +47,7 @@ impl DooSabinSurface {
                 for _ in 0..self.depth {
                     node = node.quarter_at(corner);
                 }
-                sum.add(left(node, corner, &mut known)?);
+                sum.add(left(node, corner, &mut known, &exact)?);
             }
         }
         Ok(sum.left_out())
@@ -56,7 +56,12 @@ impl DooSabinSurface {
 
 /// What there is over a quadrant, one corner of which is extraordinary, with points given from the limit there. `known`: by how much of its squared diameter it is bounded, by the
 /// vertices round the point where these are all there is to it.
-fn left(mut node: Node<Vector>, corner: usize, known: &mut BTreeMap<usize, f64>) -> Result<Left> {
+fn left(
+    mut node: Node<Vector>,
+    corner: usize,
+    known: &mut BTreeMap<usize, f64>,
+    exact: &Exact<3>,
+) -> Result<Left> {
     let mut left = Left::default();
     for _ in 0..OWN {
         let quarters = node.quarters();
@@ -64,7 +69,7 @@ fn left(mut node: Node<Vector>, corner: usize, known: &mut BTreeMap<usize, f64>)
             let net = piece.net();
             let [u, v] = longest(|a, b| (*net[a] - *net[b]).norm());
             left.area += u * v;
-            left.volume += volume(&net.map(Cow::into_owned), quadratic, 3);
+            left.volume += exact.volume(&net.map(Cow::into_owned));
         }
         node = quarters[corner].clone();
     }
