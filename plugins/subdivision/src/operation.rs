@@ -15,7 +15,7 @@ use loftsman_kernel::{Point, Vector};
 use crate::carry::Carried;
 use crate::doo_sabin::DooSabinSurface;
 use crate::said::Once;
-use crate::together::together;
+use crate::together::{advised, coincident, together};
 use crate::used::used;
 use crate::weld::{welded, welded_by};
 use crate::{
@@ -81,7 +81,8 @@ const FIELDS: [Field; 13] = [
         "weld",
         "true | false",
         "false",
-        "make vertices in one place one, as files split them that keep normals by vertex (glTF); what is numbered is numbered after that",
+        "make vertices in one place one, as files split them that keep normals by vertex (glTF), as far as none joins several fans of faces; what is \
+         numbered is numbered after that",
     ),
     Field::optional("holes", "[face, …]", "none", "faces that take part and are not there in the end"),
     Field::optional(
@@ -208,18 +209,14 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
     if let Some(name) = of_edges.into_iter().find(|name| !smooth && parameters.has(name)) {
         return Err(parameters.error(name, "is for scheme = \"catmull-clark\": Doo-Sabin has none").into());
     }
-    let welded_mesh;
-    let (mesh, merged) = if parameters.flag("weld")? {
-        welded_mesh = together(mesh)?;
-        let count = mesh.points().len() - welded_mesh.points().len();
-        let told =
-            format!("; {} that lay where another is made one with it", several(count, "vert[ex|ices]"));
-        (&welded_mesh, told)
-    } else {
-        (mesh, String::new())
+    let given = mesh;
+    let one = if parameters.flag("weld")? { Some(together(mesh)?) } else { None };
+    let mesh = one.as_ref().map_or(given, |one| &one.mesh);
+    let cage = cage(parameters, mesh, smooth).map_err(|error| advised(error, one.is_none(), given))?;
+    let pairs = match &one {
+        Some(one) => one.told(),
+        None => coincident(&cage, given)?,
     };
-    let cage = cage(parameters, mesh, smooth)?;
-    let pairs = format!("{merged}{}", coincident(&cage));
     if let Some(name) = ["alpha", "lock"].into_iter().find(|name| smooth && parameters.has(name)) {
         return Err(parameters
             .error(name, "is for scheme = \"doo-sabin\", whose knot lines it scales")
@@ -310,21 +307,6 @@ fn by_doo_sabin_surface(
         several(faces, "face[|s]")
     );
     Ok((surface.into(), note))
-}
-
-/// What is to be said of vertices in one place.
-fn coincident(cage: &Cage) -> String {
-    let pairs = cage.coincident();
-    let Some([first, second]) = pairs.first() else { return String::new() };
-    let more = match pairs.len() {
-        1 => String::new(),
-        2 => ", and so is 1 other".to_owned(),
-        count => format!(", and so are {} others", count - 1),
-    };
-    format!(
-        "; vertices {first} and {second} are in one place{more}: they stay apart, and a seam between them is a boundary; weld = true makes them one, so \
-         that the surface goes on"
-    )
 }
 
 /// The faces of a mesh refined, with what belongs to them, holes left out.

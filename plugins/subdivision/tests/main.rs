@@ -27,3 +27,4 @@ mod shapes;
 mod surface;
 mod ten_levels;
 mod uneven;
+mod weld;

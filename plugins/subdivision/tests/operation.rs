@@ -18,7 +18,7 @@ fn cube() -> Mesh {
     Mesh::new((0..8).map(corner).collect(), &CUBE).unwrap()
 }
 
-fn scene() -> Scene {
+pub(crate) fn scene() -> Scene {
     let mut scene = Scene::new();
     scene.add(Object::new("cube", cube().into())).unwrap();
     let points =
@@ -27,7 +27,7 @@ fn scene() -> Scene {
     scene
 }
 
-fn run(scene: &mut Scene, fields: Value) -> Result<StepReport, OperationError> {
+pub(crate) fn run(scene: &mut Scene, fields: Value) -> Result<StepReport, OperationError> {
     let mut registry = Registry::new();
     registry.add(&Subdivision);
     let operation = registry.find_operation("subdivide", "step[0]").unwrap();
@@ -464,37 +464,6 @@ fn what_is_left_out_is_said() {
     let mut all = scene();
     let report = apply(&mut all, "subdivide", json!({ "object": "cube", "surface": true })).unwrap();
     assert!(report.notes[0].contains("areas leave out at most"), "{report:?}");
-}
-
-/// A mesh whose vertices are split by face, as files have them that keep normals by vertex, is one cage when it is welded: that of the mesh itself.
-#[test]
-fn vertices_in_one_place_are_welded() {
-    let whole = scene();
-    let Geometry::Mesh(cube) = whole.object("cube").unwrap().geometry() else { panic!("a mesh") };
-    let points: Vec<Point> = cube.corners().iter().map(|&v| cube.points()[v as usize]).collect();
-    let faces: Vec<Vec<usize>> = cube.starts().windows(2).map(|w| (w[0]..w[1]).collect()).collect();
-    let mut split = Mesh::new(points.clone(), &faces).unwrap();
-    split.uvs = Layer::per_point((0..points.len()).map(|k| [k as f64, 0.5]).collect());
-    let mut all = scene();
-    all.replace("cube", Geometry::Mesh(split)).unwrap();
-    let mut apart = all.clone();
-    let report = run(&mut apart, json!({ "object": "cube" })).unwrap();
-    assert!(report.notes[0].contains("weld = true"), "{report:?}");
-    let report = run(&mut all, json!({ "object": "cube", "weld": true })).unwrap();
-    assert!(report.notes[0].contains("16 vertices that lay where another is made one with it"), "{report:?}");
-    let mut plain = scene();
-    run(&mut plain, json!({ "object": "cube" })).unwrap();
-    let sorted = |scene: &Scene| {
-        let Geometry::Mesh(mesh) = scene.object("cube").unwrap().geometry() else { panic!("a mesh") };
-        let mut all: Vec<[f64; 3]> = mesh.points().iter().map(|p| [p.x, p.y, p.z]).collect();
-        all.sort_by(|a, b| a.partial_cmp(b).unwrap());
-        (all, mesh.face_count(), mesh.uvs.values().len())
-    };
-    let ((own, faces, uvs), (expected, count, _)) = (sorted(&all), sorted(&plain));
-    assert_eq!((own.len(), faces), (expected.len(), count));
-    let off = own.iter().zip(&expected).flat_map(|(a, b)| (0..3).map(move |k| (a[k] - b[k]).abs()));
-    assert!(off.fold(0.0, f64::max) < 1e-15);
-    assert!(uvs > 0 && sorted(&apart).0.len() > own.len());
 }
 
 /// A mesh without a vertex inside has no limit by Doo and Sabin, and that is said.
