@@ -211,11 +211,12 @@ impl Row {
         }
         let ([ux, uy, uz], [vx, vy, vz]) = (&along_u, &along_v);
         let [nx, ny, nz] = &mut self.normals;
-        let into = nx[..N].iter_mut().zip(&mut ny[..N]).zip(&mut nz[..N]).enumerate();
-        for (k, ((x, y), z)) in into {
-            *x = uy[k] * vz[k] - uz[k] * vy[k];
-            *y = uz[k] * vx[k] - ux[k] * vz[k];
-            *z = ux[k] * vy[k] - uy[k] * vx[k];
+        let mut k = 0;
+        while k < N {
+            nx[k] = uy[k] * vz[k] - uz[k] * vy[k];
+            ny[k] = uz[k] * vx[k] - ux[k] * vz[k];
+            nz[k] = ux[k] * vy[k] - uy[k] * vx[k];
+            k += 1;
         }
     }
 
@@ -273,8 +274,16 @@ impl Row {
 /// `sum += Σ_j by_j functions_j` at all nodes.
 #[inline(always)]
 fn add<const N: usize, const Q: usize>(sum: &mut [f64; N], functions: &[[f64; N]], by: &[f64; Q]) {
-    for (function, by) in functions.iter().zip(by) {
-        sum.iter_mut().zip(function).for_each(|(sum, c)| *sum += c * by);
+    // By numbers: iterators are calls where little is optimised.
+    let mut j = 0;
+    while j < Q && j < functions.len() {
+        let function = &functions[j];
+        let mut k = 0;
+        while k < N {
+            sum[k] += function[k] * by[j];
+            k += 1;
+        }
+        j += 1;
     }
 }
 

@@ -31,8 +31,14 @@ fn sum(piece: &Piece, columns: &[[f64; 16]], point: impl Fn(usize) -> Vector) ->
     let mut sums = [[0.0; 16]; 3];
     for (&place, column) in piece.places.iter().zip(columns) {
         let p = point(place as usize);
-        for (sums, x) in sums.iter_mut().zip(p.iter()) {
-            sums.iter_mut().zip(column).for_each(|(sum, c)| *sum += x * c);
+        // By numbers: iterators are calls where little is optimised.
+        let [xs, ys, zs] = &mut sums;
+        let mut k = 0;
+        while k < 16 {
+            xs[k] += p.x * column[k];
+            ys[k] += p.y * column[k];
+            zs[k] += p.z * column[k];
+            k += 1;
         }
     }
     std::array::from_fn(|k| Vector::new(sums[0][k], sums[1][k], sums[2][k]))
