@@ -31,9 +31,10 @@
 //! A **trimmed surface** has the parameter curves of the file where these run evenly in the spline's parameters, or along one of them, and
 //! are not further than a ten-thousandth of its size from the model curves; on a plane, the model curves as they are. Where a file has model
 //! curves only, or others than its parameter curves say, the face becomes a Brep of one face, whose edges they are: nothing is approximated,
-//! and nothing sewn. A boundary that does not close bounds nothing: the whole surface is kept, and the report says so. Parameter curves of the
-//! edges of solids are left out: they are computed where they are needed. Offsets of free-form shapes, CSG, finite elements, drawings and
-//! annotations are not read.
+//! and nothing sewn. Where model curves are torn or missing and parameter curves close, these are taken, fitted within 1e-9 of the surface's size
+//! where they run askew over angles; the report says so. A boundary that closes neither way bounds nothing: the whole surface is kept, and the report
+//! says so. Parameter curves of the edges of solids are left out: they are computed where they are needed. Offsets of free-form shapes, CSG, finite
+//! elements, drawings and annotations are not read.
 //!
 //! **Writing.** Curves and surfaces as B-splines (126, 128), trimmed surfaces (144) with the curves of their loops in parameters, exactly, and
 //! in space (exactly where they run along a parameter, else cubic pieces within 1e-7 of the size), Breps as solids (186) and shells (514) with

@@ -7,3 +7,4 @@ mod geometry;
 mod hostile;
 mod round_trip;
 mod sweeps;
+mod torn;

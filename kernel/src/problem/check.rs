@@ -239,13 +239,13 @@ impl Check {
         };
     }
 
-    /// The first row that vertices miss by more than rounding explains, if any; before that, whether they are anywhere.
+    /// The first row that vertices miss by more than rounding and its tolerance explain, if any; before that, whether they are anywhere.
     /// `right` are the wanted changes, `size` the sizes of the numbers they come from, an entry for each row and side.
     /// Allocates nothing.
     pub(crate) fn missed(
         &self,
         system: &System,
-        senses: impl Fn(usize) -> Sense,
+        asked: impl Fn(usize) -> Asked,
         (right, size): (&[f64], &[f64]),
         moved: &Moved<'_>,
     ) -> Option<Miss> {
@@ -256,7 +256,7 @@ impl Check {
             3 => self.all_hold::<3>(system, right, size, moved.way.as_flattened()),
             _ => self.all_hold::<1>(system, right, size, moved.way.as_flattened()),
         };
-        if all { None } else { self.first_missed(system, senses, (right, size), moved) }
+        if all { None } else { self.first_missed(system, asked, (right, size), moved) }
     }
 
     /// Whether all rows hold as equations, at the least size that there is: mostly they do, and the question is settled.
@@ -283,25 +283,25 @@ impl Check {
     fn first_missed(
         &self,
         system: &System,
-        senses: impl Fn(usize) -> Sense,
+        asked: impl Fn(usize) -> Asked,
         (right, size): (&[f64], &[f64]),
         moved: &Moved<'_>,
     ) -> Option<Miss> {
         let largest = moved.reach();
         let wanted = self.cost.iter().zip(right.chunks_exact(system.sides()));
-        let asked = wanted.fold(0.0_f64, |m, (cost, b)| b.iter().fold(m, |m, b| m.max(cost * b.abs())));
-        let reach = self.reach + asked;
+        let alone = wanted.fold(0.0_f64, |m, (cost, b)| b.iter().fold(m, |m, b| m.max(cost * b.abs())));
+        let reach = self.reach + alone;
         let reach = largest.min(PROPORTION * reach).max(reach);
         match system.sides() {
-            3 => self.look::<3>(system, senses, (right, size), moved, reach),
-            _ => self.look::<1>(system, senses, (right, size), moved, reach),
+            3 => self.look::<3>(system, asked, (right, size), moved, reach),
+            _ => self.look::<1>(system, asked, (right, size), moved, reach),
         }
     }
 
     fn look<const S: usize>(
         &self,
         system: &System,
-        senses: impl Fn(usize) -> Sense,
+        asked: impl Fn(usize) -> Asked,
         (right, size): (&[f64], &[f64]),
         moved: &Moved<'_>,
         reach: f64,
@@ -316,8 +316,9 @@ impl Check {
                 (0..S).for_each(|s| sum[s] += value * way[s]);
             }
             for s in 0..S {
-                let error = error_of(senses(row), right[s] - sum[s]);
-                let allowed = ROUNDING * (size[s] + right[s].abs() + rough * reach);
+                let (sense, tolerance) = asked(row);
+                let error = error_of(sense, right[s] - sum[s]);
+                let allowed = ROUNDING * (size[s] + right[s].abs() + rough * reach) + tolerance;
                 let found = Error { error, allowed };
                 if !found.holds() {
                     return Some(Miss::Row(row, found));
@@ -401,6 +402,9 @@ fn length(d: &[f64]) -> f64 {
     }
     largest * d.iter().map(|v| (v / largest) * (v / largest)).sum::<f64>().sqrt()
 }
+
+/// On which side of its right-hand side a row has to be, and within what, beside rounding.
+pub(crate) type Asked = (Sense, f64);
 
 /// The error for an adjustment out of proportion.
 #[cold]

@@ -72,7 +72,10 @@ impl Problem {
             let check = Check::new(&full.system, solved.factored.as_ref(), &base)?;
             let mut way = vec![[0.0; 3]; base.len()];
             let moved = Moved::by(&base, &solved.d, &mut way);
-            match check.missed(&full.system, |row| senses[row], (&rhs, &size), &moved) {
+            let asked = |row: usize| {
+                (senses[row], constraints[full.constraint_of(row)].functional().accuracy().tolerance())
+            };
+            match check.missed(&full.system, asked, (&rhs, &size), &moved) {
                 None => {}
                 Some(Miss::Overflow) => return Err(overflow()),
                 Some(Miss::Row(row, error)) => {

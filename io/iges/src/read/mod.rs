@@ -12,6 +12,7 @@ mod report;
 mod spline;
 mod style;
 mod surface;
+mod torn;
 mod tree;
 mod trim;
 mod turned;

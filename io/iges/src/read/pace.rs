@@ -62,6 +62,15 @@ impl Pace {
         (all && factor.is_finite()).then(|| [factor, first.ours[0] - factor * first.file[0]])
     }
 
+    /// Where the file's parameter is at knots of the spline, or counts at another speed from.
+    pub(crate) fn joints(&self) -> Vec<f64> {
+        let of = |s: &Stretch| {
+            let ([from, to], pieces) = (s.file, s.pieces.max(1));
+            (0..pieces).map(move |k| from + (to - from) * (k as f64 / pieces as f64))
+        };
+        self.0.iter().flat_map(of).skip(1).collect()
+    }
+
     /// The spline's parameter. Beyond the ends by rounding it is that of the end.
     pub(crate) fn at(&self, t: f64) -> Option<f64> {
         let [from, to] = self.range();

@@ -16,10 +16,10 @@ use super::surface::{Sheet, Whole};
 /// A closed boundary as the file has it.
 pub(crate) struct Boundary {
     /// Its curves in the parameters of the surface; none where there are no such.
-    parameters: Vec<Run>,
+    pub(super) parameters: Vec<Run>,
     /// Its curves in space, each from where the one before ends.
-    model: Vec<Run>,
-    place: usize,
+    pub(super) model: Vec<Run>,
+    pub(super) place: usize,
 }
 
 /// How far curves of both kinds may be apart, as a part of the size of the boundary.
@@ -51,6 +51,9 @@ impl Reader<'_, '_> {
             Sheet::Whole(whole) => match self.by_parameters(&whole, &outer, &inner)? {
                 Ok(trimmed) => Geometry::from(trimmed),
                 Err(why) => {
+                    if let Some(trimmed) = self.without_model(&whole, (&outer, &inner), place)? {
+                        return self.put(trimmed.into(), place);
+                    }
                     let open =
                         outer.iter().find_map(|boundary| self.gap(boundary).transpose()).transpose()?;
                     match open {
@@ -72,6 +75,11 @@ impl Reader<'_, '_> {
             }
             sheet => self.by_model(&sheet, &outer, &inner, place, "the surface has none")?.into(),
         };
+        self.put(geometry, place)
+    }
+
+    /// What is there where the file places it.
+    fn put(&self, geometry: Geometry, place: usize) -> Got<Geometry> {
         let Some(map) = self.placed(place)? else { return Ok(geometry) };
         geometry.transformed(&map).at(place)
     }
@@ -166,7 +174,8 @@ impl Reader<'_, '_> {
             let Some(curves) = self.laid_out(whole, boundary)? else {
                 return Ok(Err("a parameter curve runs askew over angles".to_owned()));
             };
-            if let Some(off) = self.disagreement(&whole.surface, &curves, boundary)? {
+            let (off, near) = self.off_model(&whole.surface, &curves, boundary)?;
+            if off > near {
                 let off = self.told(off);
                 return Ok(Err(format!("a parameter curve is {off} off its model curve")));
             }
@@ -188,15 +197,15 @@ impl Reader<'_, '_> {
         Ok(Some(all))
     }
 
-    /// How far parameter curves are off the model curves, where that is too far.
-    fn disagreement(
+    /// How far parameter curves are off the model curves, if there are any, and how far they may be.
+    pub(super) fn off_model(
         &self,
         surface: &Surface,
         curves: &[ParameterCurve],
         boundary: &Boundary,
-    ) -> Got<Option<f64>> {
+    ) -> Got<(f64, f64)> {
         if boundary.model.is_empty() {
-            return Ok(None);
+            return Ok((0.0, 0.0));
         }
         let first = boundary.model[0].curve.points()[0];
         let points = boundary.model.iter().flat_map(|run| run.curve.points());
@@ -224,7 +233,7 @@ impl Reader<'_, '_> {
                 worst = worst.max(off);
             }
         }
-        Ok((worst > near).then_some(worst))
+        Ok((worst, near))
     }
 
     /// The part of a plane within model curves, which are parameter curves there.
@@ -313,7 +322,7 @@ fn turned_round(run: Run, place: usize) -> Got<Run> {
 }
 
 /// A parameter curve of the file in the parameters of the spline: where both run alike, or it runs along one of the parameters.
-fn laid(curve: &Curve, whole: &Whole) -> loftsman_kernel::Result<Option<Curve>> {
+pub(super) fn laid(curve: &Curve, whole: &Whole) -> loftsman_kernel::Result<Option<Curve>> {
     let [u, v] = &whole.paces;
     let own = |p: &Point| if whole.swapped { [p.y, p.x] } else { [p.x, p.y] };
     let (space, points, weights) = curve.clone().into_parts();

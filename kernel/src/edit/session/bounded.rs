@@ -71,7 +71,10 @@ impl<S: Shape> Session<S> {
         let Prepared { check, base, way, .. } = self.prepared.as_mut();
         let right = (&bounds.rhs[..], &bounds.size[..]);
         let moved = Moved::by(base, &solved.d, way);
-        match check.missed(&bounds.full.system, |row| senses[row], right, &moved) {
+        let asked = |row: usize| {
+            (senses[row], constraints[bounds.full.constraint_of(row)].functional().accuracy().tolerance())
+        };
+        match check.missed(&bounds.full.system, asked, right, &moved) {
             None => Ok(solved),
             Some(Miss::Overflow) => Err(overflow()),
             Some(Miss::Row(row, error)) => {

@@ -121,7 +121,7 @@ impl<S: Shape> Session<S> {
     fn check_rows(&self, finite: bool) -> Result<(), EditError> {
         let Prepared { check, assembly, rhs, size, base, way, .. } = self.prepared.as_ref();
         let moved = Moved { base, way, finite };
-        match check.missed(&assembly.system, |_| Sense::Equal, (rhs, size), &moved) {
+        match check.missed(&assembly.system, |_| (Sense::Equal, 0.0), (rhs, size), &moved) {
             None => Ok(()),
             Some(Miss::Overflow) => Err(overflow()),
             Some(Miss::Row(row, error)) => Err(self.missed(row, error).into()),
