@@ -112,9 +112,9 @@ pub(super) const AT_OR_NEAR: [Field; 2] = [
     ),
     Field::optional(
         "near",
-        "number, [u, v] on a surface, or { closest = [x, y, z] }; not on faces",
+        "number, [u, v] on a surface, or { closest = [x, y, z] }",
         "this or at is needed",
-        "instead of at: the location floats, from here to where the change is least",
+        "instead of at: the location floats, from here to where the change is least; not on faces",
     ),
 ];
 
@@ -164,9 +164,9 @@ pub(super) const ON_SURFACE: [Field; 2] = [
     ),
     Field::optional(
         "near",
-        "[u, v], or { closest = [x, y, z] }; not on faces",
+        "[u, v], or { closest = [x, y, z] }",
         "this or at is needed",
-        "instead of at: the location floats, from here to where the change is least",
+        "instead of at: the location floats, from here to where the change is least; not on faces",
     ),
 ];
 

@@ -55,16 +55,16 @@ const FIELDS: [Field; 15] = [
     ),
     Field::optional(
         "ends",
-        "\"exact\" | \"free\" | \"position\" | \"tangent\" | \"curvature\"; of a surface one or [along u, along v]",
+        "\"exact\" | \"free\" | \"position\" | \"tangent\" | \"curvature\" | [u, v]",
         "exact",
         "exact: the ends stay, because alpha is changed for it as little as it can be; free: the start stays; the others turn and scale \
-         the whole, and put the outermost one, two or three control vertices at either end back to where they were",
+         the whole, and put the outermost one, two or three control vertices at either end back to where they were; of a surface of both directions, or one of u and one of v",
     ),
     Field::optional(
         "range",
-        "[from, to] | [[from, to], [from, to]], each a number or { closest = [x, y, z] }; [] for all of a direction",
+        "[from, to] | [[from, to], [from, to]], each a number or { closest = [x, y, z] }",
         "the whole",
-        "tune this part only; the rest stays as it is",
+        "tune this part only; the rest stays as it is; of a surface [] is all of a direction",
     ),
     Field::optional(
         "continuity",

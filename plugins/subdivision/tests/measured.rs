@@ -5,7 +5,7 @@
 use loftsman_area_volume::{surface_area_of, volume, volume_of};
 use loftsman_kernel::functional::{Functional, Shapes, value_of};
 use loftsman_kernel::shape::{Cell, Cells, Derivative, Domain, Hole, Location, Shape, Stencil};
-use loftsman_kernel::spline::Surface;
+use loftsman_kernel::spline::{Space, Surface};
 use loftsman_kernel::{Point, Result, Vector};
 use loftsman_subdivision::catmull_clark::{limit_points, refine};
 use loftsman_subdivision::doo_sabin::DooSabinSurface;
