@@ -467,5 +467,4 @@ fn lines_that_turn_fast_look_round() {
         }
     }
     assert!(most > 1.0 && most < 20.0, "{most}");
-    println!("most {most}");
 }
