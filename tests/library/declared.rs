@@ -553,8 +553,10 @@ fn pairs(random: &mut Sequence) -> Vec<Pair> {
     add("fine-tune", "constraints", ring(json!({})), null(), nudge);
     add("fine-tune", "lock", json!({ "object": "square", "ends": null }), json!([0]), json!([2]));
     add("fine-tune", "any_sign", json!({ "alpha": -1.0 }), json!(false), json!(true));
-    let near = json!([{ "at": 2, "to": 1.0 }, { "at": 2.000_01, "to": 1.01 }]);
-    add("fine-tune", "force", ring(json!({ "alpha_at": near })), json!(false), json!(true));
+    // So near that α would have to be ten million: no positive one does it.
+    let near = json!([{ "at": 2, "to": 1.0 }, { "at": 2.000_000_000_2, "to": 1.01 }]);
+    let near = ring(json!({ "alpha_at": near, "any_sign": true }));
+    add("fine-tune", "force", near, json!(false), json!(true));
     add("fine-tune", "solver", ring(json!({ "range": [0.5, 8.5] })), json!("householder-qr"), json!("lu"));
     add("subdivide", "object", none(), json!("square"), json!("open"));
     add("subdivide", "scheme", none(), json!("cubic"), json!("chaikin"));

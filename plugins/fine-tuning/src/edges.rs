@@ -16,11 +16,8 @@ use crate::exact::LEAST;
 use crate::lift::{Alpha, Place};
 use crate::lines::derivative_u;
 use crate::measure::{mass, nearest_with_ones};
-use crate::positive::{Above, NEAR, bounded, told};
+use crate::positive::{Above, NEAR, POSITIVE, bounded, told};
 use crate::surface::Pin;
-
-/// What a bound of α is called.
-const POSITIVE: &str = "alpha is positive";
 
 /// How the edges are to stay.
 pub(crate) struct Edges<'a> {

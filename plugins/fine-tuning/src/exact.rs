@@ -19,7 +19,7 @@ use crate::lift::{Alpha, Place};
 use crate::local::{Host, within};
 use crate::measure::{gram, mean, undone};
 use crate::operator::{Hosted, Tuning};
-use crate::positive::{Above, NEAR, bounded, told};
+use crate::positive::{Above, NEAR, POSITIVE, bounded, told};
 use crate::scale::Scale;
 
 /// α's values stay at least this part of the smallest value that was asked (or of 1), where they would not be positive.
@@ -327,7 +327,9 @@ impl<'a> Problem<'a> {
         let first = Alpha::Line(first.clone());
         let solve = |held: &[Place]| -> Result<Answer> {
             let bounds = held.iter().map(|place| -> Result<Constraint> {
-                Ok(Above { terms: first.row(*place)?, accuracy: bound * NEAR }.at_least(bound))
+                Ok(Above { terms: first.row(*place)?, accuracy: bound * NEAR }
+                    .at_least(bound)
+                    .called(POSITIVE))
             });
             Ok(self.solve(&bounds.collect::<Result<Vec<_>>>()?)?)
         };

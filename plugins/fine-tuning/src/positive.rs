@@ -20,6 +20,9 @@ const TIMES: usize = 40;
 /// So often a smallest value is looked for between its neighbours.
 const CLOSER: usize = 4;
 
+/// What a bound of α is called.
+pub(crate) const POSITIVE: &str = "alpha is positive";
+
 /// A sum of α's values, the shape 1, that has to be above a bound; as accurately as the bound is.
 #[derive(Debug, Clone)]
 pub(crate) struct Above {
