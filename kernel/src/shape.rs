@@ -113,7 +113,8 @@ pub trait Shape: Any + Debug + Send + Sync {
 
     /// The matrix of `(1/L) ∫ |f|² + L^(2k) |f^(k)|²` over the basis functions, for `k = order` (1 stretch, 2 bend),
     /// `L` the length of the domain; positive definite, and independent of how the domain is scaled. By default from the
-    /// shape's [cells](Self::cells), by Gauss points; `None` where it has none, or they are wrong.
+    /// shape's [cells](Self::cells), by Gauss points, `L` of a shape of [faces](Self::faces) times the square root of their number; `None` where it has no cells,
+    /// or they are wrong.
     fn smoothness(&self, order: usize) -> Option<Symmetric> {
         gram::smoothness(self, order).ok()
     }
