@@ -28,6 +28,7 @@
 //! * [`length`]: arc length.
 //! * [`offset`]: surfaces beside surfaces.
 //! * [`part`]: the part of a surface that loops bound: what is in it, and which place of it is nearest to a point.
+//! * [`pieces`]: curves in the parameter plane, interpolated piece by piece.
 //! * [`region`]: what loops bound in a surface's parameter plane, cell by cell.
 //! * [`remove`]: knot removal.
 //! * [`reverse`]: backwards, or over another domain.
@@ -69,6 +70,7 @@ mod lift;
 pub mod offset;
 pub mod part;
 mod piece;
+pub mod pieces;
 mod refine;
 pub mod region;
 pub mod remove;

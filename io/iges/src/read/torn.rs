@@ -3,12 +3,12 @@
 //! A spline goes round at another speed than the angle that files count by, so that a parameter curve which changes both parameters at once is no spline in
 //! those of the surface. Where model curves serve they are taken; where they do not it is fitted.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
+use loftsman_kernel::spline::pieces::{self, Interpolation, Limits, Net};
 use loftsman_kernel::spline::trimmed::{ParameterCurve, Region};
 use loftsman_kernel::spline::{Curve, Space, Surface, Trimmed};
 use loftsman_kernel::{Point, Result};
-use nalgebra::{DMatrix, Dyn, LU};
 
 use super::curve::Run;
 use super::entity::{At, Got, Reader};
@@ -16,11 +16,8 @@ use super::pace::Pace;
 use super::surface::Whole;
 use super::trim::{Boundary, laid};
 
-/// The degree of each piece: where the curve is smooth halving a piece divides the error by 256.
-const DEGREE: usize = 7;
 /// How often a part between knots is halved at most, and pieces at most.
-const DEPTH: usize = 10;
-const PIECES: usize = 400;
+const LIMITS: Limits = Limits { depth: 10, pieces: 400 };
 /// In so many parts of each knot span it is looked where a curve crosses knot lines of the surface, and halvings until a place is on one.
 const STEPS: usize = 16;
 const STEPS_TO_LINE: usize = 48;
@@ -196,96 +193,44 @@ impl<'c> Askew<'c> {
                 }
             }
         }
-        all.sort_by(f64::total_cmp);
         let (from, to) = self.curve.domain();
-        // What rounding set apart is one, and the ends stay.
-        let mut kept: Vec<f64> = Vec::with_capacity(all.len());
-        for t in all {
-            if kept.last().is_none_or(|last| t - last > LEAST * (to - from)) {
-                kept.push(t);
-            }
-        }
-        if let Some(last) = kept.last_mut() {
-            *last = to;
-        }
-        Ok(kept)
+        Ok(pieces::apart(all, LEAST * (to - from)))
     }
 
     /// Pieces through places of the curve, halved until each is near enough, and how far they are off at most in space, measured between those places; `None`
     /// where they do not come near enough, or the curve leaves the surface.
     fn fitted(&self) -> Result<Option<(Curve, f64)>> {
-        let nodes: Vec<f64> =
-            (0..=DEGREE).map(|k| 0.5 - 0.5 * (PI * k as f64 / DEGREE as f64).cos()).collect();
-        let bernstein = DMatrix::from_fn(nodes.len(), nodes.len(), |i, k| {
-            let x: f64 = nodes[i];
-            let choose = (0..k).fold(1.0, |c, j| c * (DEGREE - j) as f64 / (j + 1) as f64);
-            choose * x.powi(k as i32) * (1.0 - x).powi((DEGREE - k) as i32)
-        })
-        .lu();
         let parts = self.smooth_parts()?;
-        let mut knots = vec![parts[0]; DEGREE + 1];
-        let (mut points, mut off) = (Vec::new(), 0.0_f64);
-        for pair in parts.windows(2) {
-            let mut open = vec![(0_usize, pair[0], pair[1])];
-            while let Some((depth, a, b)) = open.pop() {
-                let Some((net, away)) = self.piece((a, b), &nodes, &bernstein)? else { return Ok(None) };
-                if away <= self.bound {
-                    let from = usize::from(!points.is_empty());
-                    points.extend(net[from..].iter().map(|p| Point::new(p[0], p[1], 0.0)));
-                    knots.extend([b; DEGREE]);
-                    off = off.max(away);
-                    continue;
-                }
-                if depth == DEPTH || points.len() + open.len() * DEGREE > PIECES * DEGREE {
-                    return Ok(None);
-                }
-                let middle = 0.5 * (a + b);
-                open.extend([(depth + 1, middle, b), (depth + 1, a, middle)]);
+        let mut off = 0.0_f64;
+        let curve = Interpolation::new().curve(&parts, LIMITS, |by, a, b| {
+            let Some((net, away)) = self.piece(by, (a, b))? else { return Ok(None) };
+            let good = away <= self.bound;
+            if good {
+                off = off.max(away);
             }
-        }
-        knots.extend(knots.last().copied());
-        Ok(Some((Curve::new(Space::open(DEGREE, knots)?, points)?, off)))
+            Ok(Some((net, good)))
+        })?;
+        Ok(curve.map(|curve| (curve, off)))
     }
 
     /// The Bézier points between two places, and how far they are off in space.
-    fn piece(
-        &self,
-        (a, b): (f64, f64),
-        nodes: &[f64],
-        bernstein: &LU<f64, Dyn, Dyn>,
-    ) -> Result<Option<(Vec<[f64; 2]>, f64)>> {
+    fn piece(&self, by: &Interpolation, (a, b): (f64, f64)) -> Result<Option<(Net, f64)>> {
         let place = |x: f64| if x == 1.0 { b } else { a + (b - a) * x };
-        let mut right = DMatrix::zeros(nodes.len(), 2);
-        for (k, x) in nodes.iter().enumerate() {
-            let Some(at) = self.at(place(*x))? else { return Ok(None) };
-            (0..2).for_each(|d| right[(k, d)] = at[d]);
+        let mut places = Net::default();
+        for (to, x) in places.iter_mut().zip(by.nodes()) {
+            let Some(at) = self.at(place(x))? else { return Ok(None) };
+            *to = at;
         }
-        let Some(solved) = bernstein.solve(&right) else { return Ok(None) };
-        let mut net: Vec<[f64; 2]> = (0..nodes.len()).map(|k| [solved[(k, 0)], solved[(k, 1)]]).collect();
-        // To the bit, so that pieces meet.
-        net[0] = [right[(0, 0)], right[(0, 1)]];
-        net[DEGREE] = [right[(DEGREE, 0)], right[(DEGREE, 1)]];
+        let net = by.through(&places)?;
         let surface = &self.whole.surface;
         let inside = |space: &Space, t: f64| t.clamp(space.domain().0, space.domain().1);
         let on = |at: [f64; 2]| surface.point(inside(surface.u(), at[0]), inside(surface.v(), at[1]));
         let mut away = 0.0_f64;
         // Between the nodes, where it is worst.
-        for pair in nodes.windows(2) {
-            let x = 0.5 * (pair[0] + pair[1]);
+        for x in by.between() {
             let Some(at) = self.at(place(x))? else { return Ok(None) };
-            away = away.max(nalgebra::distance(&on(bezier(&net, x))?, &on(at)?));
+            away = away.max(nalgebra::distance(&on(pieces::at(&net, x))?, &on(at)?));
         }
         Ok(Some((net, away)))
     }
-}
-
-/// De Casteljau's algorithm.
-fn bezier(net: &[[f64; 2]], x: f64) -> [f64; 2] {
-    let mut points = net.to_vec();
-    for k in (1..net.len()).rev() {
-        for i in 0..k {
-            points[i] = [0, 1].map(|d: usize| points[i][d] + (points[i + 1][d] - points[i][d]) * x);
-        }
-    }
-    points[0]
 }

@@ -1,20 +1,15 @@
 //! An edge in the parameters of a surface, at the pace of the curve that is written for it.
 
-use std::f64::consts::PI;
-
 use loftsman_kernel::brep::Edge;
+use loftsman_kernel::spline::pieces::{self, Interpolation, Limits, Net};
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Result};
-use nalgebra::{DMatrix, Dyn, LU};
 
 use super::chart::Chart;
 use super::pace::Pace;
 
-/// The degree of each piece: where the edge is smooth halving a piece divides the error by 256.
-const DEGREE: usize = 7;
 /// How often a part between knots is halved at most, and pieces at most.
-const DEPTH: usize = 10;
-const PIECES: usize = 400;
+const LIMITS: Limits = Limits { depth: 10, pieces: 400 };
 /// Places in each knot span of an edge, as a multiple of its degree, from each of which the parameters of the next are found.
 const STEPS: usize = 4;
 /// Halvings until a place is on a knot line of the surface, and the shortest part of an edge between two of them.
@@ -194,80 +189,34 @@ impl<'c> Track<'c> {
                 }
             }
         }
-        all.sort_by(f64::total_cmp);
-        // What rounding set apart is one, and the ends stay.
-        let mut kept: Vec<f64> = Vec::with_capacity(all.len());
-        for share in all {
-            if share == 0.0 || kept.last().is_some_and(|last| share - last > LEAST) {
-                kept.push(share);
-            }
-        }
-        if let Some(last) = kept.last_mut() {
-            *last = 1.0;
-        }
-        Ok(kept)
+        Ok(pieces::apart(all, LEAST))
     }
 
     /// Pieces through places of the edge, halved until each is near enough.
     fn fitted(&self, still: [Option<f64>; 2]) -> Result<Option<Curve>> {
-        let nodes: Vec<f64> =
-            (0..=DEGREE).map(|k| 0.5 - 0.5 * (PI * k as f64 / DEGREE as f64).cos()).collect();
-        let bernstein = DMatrix::from_fn(nodes.len(), nodes.len(), |i, k| {
-            let x: f64 = nodes[i];
-            let choose = (0..k).fold(1.0, |c, j| c * (DEGREE - j) as f64 / (j + 1) as f64);
-            choose * x.powi(k as i32) * (1.0 - x).powi((DEGREE - k) as i32)
-        })
-        .lu();
-        let (mut knots, mut points) = (vec![0.0; DEGREE + 1], Vec::new());
-        for pair in self.smooth_parts()?.windows(2) {
-            let mut open = vec![(0_usize, pair[0], pair[1])];
-            while let Some((depth, a, b)) = open.pop() {
-                let Some((net, good)) = self.piece((a, b), &nodes, &bernstein)? else { return Ok(None) };
-                if good {
-                    let from = usize::from(!points.is_empty());
-                    points.extend(net[from..].iter().map(|p| self.on_plane(*p, still)));
-                    knots.extend([b; DEGREE]);
-                    continue;
-                }
-                if depth == DEPTH || points.len() + open.len() * DEGREE > PIECES * DEGREE {
-                    return Ok(None);
-                }
-                let middle = 0.5 * (a + b);
-                open.extend([(depth + 1, middle, b), (depth + 1, a, middle)]);
-            }
-        }
-        knots.push(1.0);
-        let curve = Curve::new(Space::open(DEGREE, knots)?, points)?;
+        let parts = self.smooth_parts()?;
+        let piece = |by: &Interpolation, a, b| self.piece(by, (a, b), still).map(Some);
+        let Some(curve) = Interpolation::new().curve(&parts, LIMITS, piece)? else { return Ok(None) };
         let curve = if self.pace.along() { curve } else { curve.reverse()? };
         let (from, to) = (self.pace.from, self.pace.to);
         curve.reparametrise(from.min(to), from.max(to)).map(Some)
     }
 
     /// The Bézier points between two shares, and whether they are near enough.
-    fn piece(
-        &self,
-        (a, b): (f64, f64),
-        nodes: &[f64],
-        bernstein: &LU<f64, Dyn, Dyn>,
-    ) -> Result<Option<(Vec<[f64; 2]>, bool)>> {
-        let mut right = DMatrix::zeros(nodes.len(), 2);
-        for (k, x) in nodes.iter().enumerate() {
-            let at = self.at(a + (b - a) * x)?;
-            (0..2).for_each(|d| right[(k, d)] = at[d]);
+    fn piece(&self, by: &Interpolation, (a, b): (f64, f64), still: [Option<f64>; 2]) -> Result<(Net, bool)> {
+        let mut places = Net::default();
+        for (place, x) in places.iter_mut().zip(by.nodes()) {
+            *place = self.at(a + (b - a) * x)?;
         }
-        let Some(solved) = bernstein.solve(&right) else { return Ok(None) };
-        let mut net: Vec<[f64; 2]> = (0..nodes.len()).map(|k| [solved[(k, 0)], solved[(k, 1)]]).collect();
-        // To the bit, so that pieces meet.
-        net[0] = [right[(0, 0)], right[(0, 1)]];
-        net[DEGREE] = [right[(DEGREE, 0)], right[(DEGREE, 1)]];
+        let net = by.through(&places)?;
         let mut good = true;
         // Between the nodes, where it is worst.
-        for pair in nodes.windows(2) {
-            let x = 0.5 * (pair[0] + pair[1]);
-            let slip = self.slip(bezier(&net, x), self.at(a + (b - a) * x)?)?;
+        for x in by.between() {
+            let slip = self.slip(pieces::at(&net, x), self.at(a + (b - a) * x)?)?;
             good &= slip.is_some_and(|slip| slip <= self.bound);
         }
-        Ok(Some((net, good)))
+        let on_plane = net.map(|at| self.on_plane(at, still)).map(|p| [p.x, p.y]);
+        Ok((on_plane, good))
     }
 
     /// Whether a curve is the edge, between the places through which it was made, too: within its tolerance, or as near as the surface is.
@@ -337,15 +286,4 @@ pub(super) fn is_iso(chart: &Chart<'_>, edge: &Edge) -> Result<bool> {
         Ok(true)
     };
     Ok(still(0)? || still(1)?)
-}
-
-/// De Casteljau's algorithm.
-fn bezier(net: &[[f64; 2]], x: f64) -> [f64; 2] {
-    let mut points = net.to_vec();
-    for k in (1..net.len()).rev() {
-        for i in 0..k {
-            points[i] = [0, 1].map(|d: usize| points[i][d] + (points[i + 1][d] - points[i][d]) * x);
-        }
-    }
-    points[0]
 }

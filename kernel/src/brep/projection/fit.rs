@@ -1,20 +1,14 @@
 //! Edges that are curved in the parameter plane: interpolated piece by piece.
 
-use std::f64::consts::PI;
-
-use nalgebra::{DMatrix, Dyn, LU};
-
 use super::Projected;
 use super::feet::{Feet, Sample};
-use crate::error::{Error, Result};
-use crate::quadrature::binomial;
+use crate::error::Result;
 use crate::spline::Curve;
+use crate::spline::pieces::{DEGREE, Interpolation, Net, at};
 use crate::spline::space::Space;
 use crate::spline::trimmed::ParameterCurve;
 use crate::{Point, Vector};
 
-/// The degree of each piece: where edge and surface are smooth halving a piece divides the error by 256.
-const DEGREE: usize = 7;
 /// How often a part between knots is halved at most.
 const DEPTH: u32 = 12;
 /// Pieces at most.
@@ -27,27 +21,22 @@ const ALONG_POLE: f64 = 1.0 / 64.0;
 /// A piece of the curve: where it ends, and its Bézier points.
 struct Piece {
     length: f64,
-    net: Vec<[f64; 2]>,
+    net: Net,
 }
 
 struct Fit<'f, 's> {
     feet: &'f Feet<'s>,
     curve: &'f Curve,
     bound: f64,
-    /// Chebyshev's extremal places on `[0, 1]`.
-    nodes: Vec<f64>,
-    bernstein: LU<f64, Dyn, Dyn>,
+    interpolation: Interpolation,
     error: f64,
     pieces: Vec<Piece>,
 }
 
 /// The curve through feet of an edge, as near to it as `bound` wants beyond what the edge is off.
 pub(super) fn fitted(feet: &Feet<'_>, curve: &Curve, samples: &[Sample], bound: f64) -> Result<Projected> {
-    let nodes: Vec<f64> = (0..=DEGREE).map(|k| 0.5 - 0.5 * (PI * k as f64 / DEGREE as f64).cos()).collect();
-    let value =
-        |k: usize, x: f64| binomial(DEGREE, k) * x.powi(k as i32) * (1.0 - x).powi((DEGREE - k) as i32);
-    let matrix = DMatrix::from_fn(nodes.len(), nodes.len(), |i, k| value(k, nodes[i]));
-    let mut fit = Fit { feet, curve, bound, bernstein: matrix.lu(), nodes, error: 0.0, pieces: Vec::new() };
+    let interpolation = Interpolation::new();
+    let mut fit = Fit { feet, curve, bound, interpolation, error: 0.0, pieces: Vec::new() };
     let breaks = fit.breaks(samples)?;
     for pair in breaks.windows(2) {
         fit.stretch(&pair[0], &pair[1])?;
@@ -165,33 +154,27 @@ impl Fit<'_, '_> {
 
     /// The interpolation between two places, how far the surface along it is from the edge, and whether that is near enough.
     fn piece(&self, a: &Sample, b: &Sample) -> Result<(Piece, f64, bool)> {
-        let count = self.nodes.len();
-        let mut right = DMatrix::zeros(count, 2);
+        let mut places: Net = [a.at; DEGREE + 1];
         let mut error = a.off.max(b.off);
         let mut near = a.at;
         // Leaving a pole, the next place is where the way leads to.
-        for (k, x) in self.nodes.iter().enumerate() {
+        for (k, x) in self.interpolation.nodes().into_iter().enumerate() {
             let sample = if k == 0 {
                 *a
-            } else if k + 1 == count {
+            } else if k == DEGREE {
                 *b
             } else {
                 self.feet.sample(self.curve, a.t + (b.t - a.t) * x, Some(near))?
             };
             near = sample.at;
             error = error.max(sample.off);
-            (0..2).for_each(|d| right[(k, d)] = sample.at[d]);
+            places[k] = sample.at;
         }
-        let Some(solved) = self.bernstein.solve(&right) else {
-            return Err(Error::Invalid("its places could not be interpolated".into()));
-        };
-        let mut net: Vec<[f64; 2]> = (0..count).map(|k| [solved[(k, 0)], solved[(k, 1)]]).collect();
-        (net[0], net[count - 1]) = (a.at, b.at);
+        let net = self.interpolation.through(&places)?;
         let mut good = true;
         // Between the nodes, where the interpolation is worst.
-        for pair in self.nodes.windows(2) {
-            let x = 0.5 * (pair[0] + pair[1]);
-            let at = bezier(&net, x);
+        for x in self.interpolation.between() {
+            let at = at(&net, x);
             let t = a.t + (b.t - a.t) * x;
             let (on, point) = (self.feet.point(at)?, self.curve.point(t)?);
             let away = (on - point).norm();
@@ -241,16 +224,4 @@ impl Fit<'_, '_> {
         let curve = Curve::new(Space::open(DEGREE, knots)?, points)?;
         Ok(Projected { curve: ParameterCurve::whole(curve)?, error: self.error })
     }
-}
-
-/// De Casteljau's algorithm.
-fn bezier(net: &[[f64; 2]], x: f64) -> [f64; 2] {
-    let mut points: [[f64; 2]; DEGREE + 1] = [[0.0; 2]; DEGREE + 1];
-    points.copy_from_slice(net);
-    for k in (1..net.len()).rev() {
-        for i in 0..k {
-            points[i] = [0, 1].map(|d: usize| points[i][d] + (points[i + 1][d] - points[i][d]) * x);
-        }
-    }
-    points[0]
 }
