@@ -2,11 +2,13 @@
 
 mod around;
 mod build;
+mod deferred;
 mod sides;
 mod split;
 
 pub use around::Around;
 
+use deferred::{Deferred, Pairing};
 use loftsman_kernel::parallel;
 
 /// Stands for "none" among half-edges: the outer side of a boundary edge.
@@ -16,19 +18,17 @@ pub const NONE: u32 = u32::MAX;
 ///
 /// Corner `h` of the mesh (faces one after the other, each counterclockwise from outside) is also the *half-edge* from its vertex to
 /// the next vertex of the face, with the face on its left. An edge is one half-edge (on the boundary) or two that run against each
-/// other. All in arrays of 32 bits: 4 numbers a half-edge where faces differ in size, 2 where all are quads, and 2 an edge, 1 a vertex.
+/// other. All in arrays of 32 bits: 4 numbers a half-edge where faces differ in size, 2 where all are quads, and 2 an edge, 1 a vertex. What a refinement makes
+/// of a cage has its corners at once; its edges, which follow from its parent's, are found when they are first asked for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Topology {
+    vertices: usize,
+    edges: usize,
     /// The vertex at which each half-edge starts.
     corners: Vec<u32>,
     /// Where each face starts among the corners, and the face of each corner; nothing where all faces are quads.
     polygons: Option<Polygons>,
-    /// The edge of each half-edge.
-    edge_of: Vec<u32>,
-    /// The half-edges of each edge; the second [`NONE`] on the boundary.
-    edges: Vec<[u32; 2]>,
-    /// A half-edge that leaves each vertex; on the boundary the one that has nothing on its right.
-    leaving: Vec<u32>,
+    pairing: Deferred,
 }
 
 /// Faces of any size.
@@ -41,12 +41,12 @@ struct Polygons {
 impl Topology {
     /// The number of vertices.
     pub fn vertex_count(&self) -> usize {
-        self.leaving.len()
+        self.vertices
     }
 
     /// The number of edges.
     pub fn edge_count(&self) -> usize {
-        self.edges.len()
+        self.edges
     }
 
     /// The number of faces.
@@ -88,7 +88,7 @@ impl Topology {
     /// The edges of a face: edge `c` runs from its corner `c` to the next. Empty for a face that is not there.
     #[inline]
     pub fn face_edges(&self, face: usize) -> &[u32] {
-        &self.edge_of[self.face_corners(face)]
+        &self.pairing().edge_of[self.face_corners(face)]
     }
 
     /// The two vertices of an edge, in the direction of its first half-edge.
@@ -97,30 +97,30 @@ impl Topology {
     /// As every index below, it must exist; these are the inner loops of refinement.
     #[inline]
     pub(crate) fn ends(&self, edge: usize) -> [u32; 2] {
-        let first = self.edges[edge][0];
+        let first = self.pairing().edges[edge][0];
         [self.corners[first as usize], self.corners[self.next(first) as usize]]
     }
 
     /// The two vertices of an edge, the first where its first face runs from. `None` for an edge that is not there.
     pub fn edge(&self, edge: usize) -> Option<[u32; 2]> {
-        (edge < self.edges.len()).then(|| self.ends(edge))
+        (edge < self.edges).then(|| self.ends(edge))
     }
 
     /// The faces of an edge: the one on its left, and the one on its right, where there is one.
     pub fn edge_faces(&self, edge: usize) -> impl Iterator<Item = u32> + '_ {
-        self.edges.get(edge).into_iter().flatten().filter(|&&h| h != NONE).map(|&h| self.face_of(h))
+        self.pairing().edges.get(edge).into_iter().flatten().filter(|&&h| h != NONE).map(|&h| self.face_of(h))
     }
 
     /// Whether an edge has one face only.
     #[inline]
     pub fn is_boundary_edge(&self, edge: usize) -> bool {
-        self.edges.get(edge).is_some_and(|pair| pair[1] == NONE)
+        self.pairing().edges.get(edge).is_some_and(|pair| pair[1] == NONE)
     }
 
     /// Whether a vertex lies on the boundary.
     #[inline]
     pub fn is_boundary_vertex(&self, vertex: usize) -> bool {
-        self.leaving.get(vertex).is_some_and(|&h| self.twin(h) == NONE)
+        self.pairing().leaving.get(vertex).is_some_and(|&h| self.twin(h) == NONE)
     }
 
     /// The number of edges at a vertex. Cost: that number.
@@ -152,7 +152,7 @@ impl Topology {
     /// The half-edges of an edge.
     #[inline]
     pub(crate) fn halves(&self, edge: usize) -> [u32; 2] {
-        self.edges[edge]
+        self.pairing().edges[edge]
     }
 
     /// The vertex at which a half-edge starts.
@@ -164,7 +164,7 @@ impl Topology {
     /// The edge of a half-edge.
     #[inline]
     pub(crate) fn edge_of(&self, half: u32) -> u32 {
-        self.edge_of[half as usize]
+        self.pairing().edge_of[half as usize]
     }
 
     /// The face of a half-edge.
@@ -200,14 +200,19 @@ impl Topology {
     /// The half-edge on the other side of its edge, or [`NONE`].
     #[inline]
     pub(crate) fn twin(&self, half: u32) -> u32 {
-        let [a, b] = self.edges[self.edge_of[half as usize] as usize];
-        if a == half { b } else { a }
+        self.pairing().twin(half)
     }
 
-    /// The bytes that the arrays take.
+    /// Edges and half-edges, found now where that is not done.
+    #[inline]
+    fn pairing(&self) -> &Pairing {
+        self.pairing.get()
+    }
+
+    /// The bytes that the arrays take which are there.
     pub fn bytes(&self) -> usize {
         let polygons = self.polygons.as_ref().map_or(0, |p| p.starts.len() + p.face_of.len());
-        4 * (self.corners.len() + self.edge_of.len() + 2 * self.edges.len() + self.leaving.len() + polygons)
+        4 * (self.corners.len() + polygons) + self.pairing.bytes()
     }
 }
 

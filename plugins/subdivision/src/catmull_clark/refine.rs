@@ -19,7 +19,7 @@ use crate::row::Sums;
 /// # Errors
 /// When 32 bits cannot count what would be there.
 pub fn refine(cage: &Cage) -> Result<Cage> {
-    let topology = Arc::new(cage.topology.split()?);
+    let topology = Arc::new(cage.topology.split_deferred()?);
     let mut child = Cage {
         points: refined_points(cage),
         topology,
@@ -72,7 +72,9 @@ pub(super) fn refined_points(cage: &Cage) -> Vec<Point> {
             return faces[k - vertices - edges];
         }
         let mut sums = Sums { points, faces: &faces, sum: Vector::zeros() };
-        if k >= vertices {
+        if k >= vertices && uniform && weights.is_smooth_edge(k - vertices) {
+            return smooth_edge_point(cage, &faces, k - vertices);
+        } else if k >= vertices {
             weights.edge(k - vertices, &mut sums);
         } else if uniform && weights.is_smooth(k) {
             return smooth_point(cage, &faces, k);
@@ -112,6 +114,16 @@ fn smooth_point(cage: &Cage, faces: &[Point], vertex: usize) -> Point {
         n += 1.0;
     }
     Point::from(cage.points[vertex].coords * ((n - 2.0) / n) + sum / (n * n))
+}
+
+/// The new point of a smooth inner edge of a uniform cage: the mean of its ends and of its faces' points.
+#[inline]
+fn smooth_edge_point(cage: &Cage, faces: &[Point], edge: usize) -> Point {
+    let topology = cage.topology();
+    let [one, other] = topology.halves(edge);
+    let [a, b] = [one, topology.next(one)].map(|half| cage.points[topology.origin(half) as usize].coords);
+    let [left, right] = [one, other].map(|half| faces[topology.face_of(half) as usize].coords);
+    Point::from((a + b + left + right) * 0.25)
 }
 
 /// The knot intervals of the cage refined once.

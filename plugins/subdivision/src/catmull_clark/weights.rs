@@ -61,6 +61,12 @@ impl<'a> Weights<'a> {
             || topology.around(vertex).all(|h| cage.crease(topology.edge_of(h) as usize) <= 0.0)
     }
 
+    /// Whether an edge is neither sharp nor of the boundary.
+    #[inline]
+    pub(crate) fn is_smooth_edge(&self, edge: usize) -> bool {
+        self.cage.crease(edge) <= 0.0 && !self.cage.topology().is_boundary_edge(edge)
+    }
+
     /// The rule of a vertex.
     pub(crate) fn rule(&self, vertex: usize) -> VertexRule {
         if self.is_smooth(vertex) {

@@ -1,12 +1,13 @@
 //! Round a vertex.
 
-use super::{NONE, Topology};
+use super::{NONE, Pairing, Topology};
 
 /// The half-edges that leave a vertex, counterclockwise: of a boundary vertex from the boundary edge on its right side to the
 /// last that has a face; of an inner one once round.
 #[derive(Debug, Clone)]
 pub struct Around<'a> {
     topology: &'a Topology,
+    pairing: &'a Pairing,
     first: u32,
     next: u32,
 }
@@ -20,7 +21,7 @@ impl Iterator for Around<'_> {
             return None;
         }
         let half = self.next;
-        let next = self.topology.twin(self.topology.previous(half));
+        let next = self.pairing.twin(self.topology.previous(half));
         self.next = if next == self.first { NONE } else { next };
         Some(half)
     }
@@ -30,8 +31,9 @@ impl Topology {
     /// The half-edges that leave a vertex, counterclockwise: one for each face there. Nothing for a vertex that is not there.
     #[inline]
     pub fn around(&self, vertex: usize) -> Around<'_> {
-        let first = self.leaving.get(vertex).copied().unwrap_or(NONE);
-        Around { topology: self, first, next: first }
+        let pairing = self.pairing();
+        let first = pairing.leaving.get(vertex).copied().unwrap_or(NONE);
+        Around { topology: self, pairing, first, next: first }
     }
 
     /// The faces at a vertex, counterclockwise: face `i` lies between edges `i` and `i + 1` of

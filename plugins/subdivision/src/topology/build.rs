@@ -1,6 +1,6 @@
 //! A topology from faces, with what is wrong named.
 
-use super::{NONE, Polygons, Topology};
+use super::{Deferred, NONE, Pairing, Polygons, Topology};
 use crate::error::{Result, SubdivisionError};
 use loftsman_kernel::text::counted;
 
@@ -19,10 +19,8 @@ impl Topology {
         let quads = corners.len() == 4 * (starts.len() - 1)
             && starts.iter().enumerate().all(|(f, &s)| s as usize == 4 * f);
         let polygons = (!quads).then_some(Polygons { starts, face_of });
-        let mut topology =
-            Self { corners, polygons, edge_of: Vec::new(), edges: Vec::new(), leaving: Vec::new() };
-        topology.find_edges(vertices)?;
-        topology.find_fans(vertices)?;
+        let topology = Self::paired(vertices, corners, polygons)?;
+        topology.check_fans()?;
         Ok(topology)
     }
 
@@ -35,21 +33,20 @@ impl Topology {
         let (starts, face_of) = polygons(corners.len(), starts);
         let quads = starts.iter().enumerate().all(|(f, &s)| s as usize == 4 * f);
         let polygons = (!quads).then_some(Polygons { starts, face_of });
-        let mut topology =
-            Self { corners, polygons, edge_of: Vec::new(), edges: Vec::new(), leaving: Vec::new() };
-        topology.find_edges(vertices)?;
-        topology.leaving = vec![NONE; vertices];
-        for h in 0..topology.corners.len() as u32 {
-            let v = topology.corners[h as usize] as usize;
-            if topology.leaving[v] == NONE || topology.twin(h) == NONE {
-                topology.leaving[v] = h;
-            }
-        }
+        Self::paired(vertices, corners, polygons)
+    }
+
+    /// With its edges, and a half-edge that leaves each vertex: on the boundary one that has nothing on its right.
+    fn paired(vertices: usize, corners: Vec<u32>, polygons: Option<Polygons>) -> Result<Self> {
+        let mut topology = Self { vertices, edges: 0, corners, polygons, pairing: Deferred::default() };
+        let pairing = topology.find_edges()?;
+        (topology.edges, topology.pairing) = (pairing.edges.len(), pairing.into());
         Ok(topology)
     }
 
     /// Pairs the half-edges: those with the same smaller vertex are brought together by counting, and sorted by the other.
-    fn find_edges(&mut self, vertices: usize) -> Result<()> {
+    fn find_edges(&self) -> Result<Pairing> {
+        let vertices = self.vertices;
         let count = self.corners.len() as u32;
         let ends = |h: u32| (self.corners[h as usize], self.corners[self.next(h) as usize]);
         let mut places = vec![0u32; vertices + 1];
@@ -106,23 +103,21 @@ impl Topology {
                 edges.push([first, second]);
             }
         }
-        (self.edges, self.edge_of) = (edges, edge_of);
-        Ok(())
-    }
-
-    /// One half-edge for each vertex, and whether all its faces are reached from there.
-    fn find_fans(&mut self, vertices: usize) -> Result<()> {
         let mut leaving = vec![NONE; vertices];
-        let mut faces = vec![0u32; vertices];
-        for h in 0..self.corners.len() as u32 {
-            let v = self.corners[h as usize] as usize;
-            faces[v] += 1;
-            if leaving[v] == NONE || self.twin(h) == NONE {
-                leaving[v] = h;
+        for (h, (&v, &edge)) in self.corners.iter().zip(&edge_of).enumerate() {
+            let leaves = &mut leaving[v as usize];
+            if *leaves == NONE || edges[edge as usize] == [h as u32, NONE] {
+                *leaves = h as u32;
             }
         }
-        self.leaving = leaving;
-        for vertex in 0..vertices {
+        Ok(Pairing { edge_of, edges, leaving })
+    }
+
+    /// Whether all faces of each vertex are reached from its half-edge.
+    fn check_fans(&self) -> Result<()> {
+        let mut faces = vec![0u32; self.vertices];
+        self.corners.iter().for_each(|&v| faces[v as usize] += 1);
+        for vertex in 0..self.vertices {
             if faces[vertex] == 0 {
                 let problem = "belongs to no face: remove it".to_owned();
                 return Err(SubdivisionError::Vertex { vertex, problem });
@@ -171,8 +166,12 @@ fn check_sizes(vertices: usize, corners: usize, starts: &[usize]) -> Result<()> 
         }
     }
     if starts.first() != Some(&0) || starts.last() != Some(&corners) || starts.len() < 2 {
-        let problem =
-            "is missing: a cage needs at least one face, and starts that run from 0 to the number of corners";
+        let problem = match starts.len() {
+            0 | 1 => "is missing: a cage needs at least one face",
+            _ => {
+                "does not start where the corners do, or the last does not end with them: starts run from 0 to the number of corners"
+            }
+        };
         return Err(SubdivisionError::Face { face: 0, problem: problem.to_owned() });
     }
     Ok(())

@@ -1,7 +1,9 @@
 //! Every face split into quads round its middle: the topology that Catmull-Clark refinement makes, by arithmetic alone.
 
+use std::sync::Arc;
+
 use super::build::check_room;
-use super::{NONE, Topology, flat, many};
+use super::{Deferred, NONE, Pairing, Topology, flat, many};
 use crate::error::Result;
 
 impl Topology {
@@ -13,18 +15,48 @@ impl Topology {
     /// # Errors
     /// When 32 bits cannot count what would be there.
     pub fn split(&self) -> Result<Self> {
+        let mut child = self.split_corners()?;
+        child.pairing = self.split_pairing().into();
+        Ok(child)
+    }
+
+    /// [`split`](Self::split), whose edges are found when they are first asked for.
+    pub(crate) fn split_deferred(self: &Arc<Self>) -> Result<Self> {
+        let mut child = self.split_corners()?;
+        child.pairing = Deferred::split_of(self);
+        Ok(child)
+    }
+
+    /// The faces of the split, without its edges.
+    fn split_corners(&self) -> Result<Self> {
         let (vertices, edges, corners) = (self.vertex_count(), self.edge_count(), self.corner_count());
         check_room("corners of faces", corners.saturating_mul(4))?;
         check_room("vertices", vertices + edges + self.face_count())?;
         let (v, e) = (vertices as u32, edges as u32);
+        let edge_of = &self.pairing().edge_of;
         let child_corners = flat(corners, |h| {
-            [self.origin(h), v + self.edge_of(h), v + e + self.face_of(h), v + self.edge_of(self.previous(h))]
+            let before = self.previous(h) as usize;
+            [self.origin(h), v + edge_of[h as usize], v + e + self.face_of(h), v + edge_of[before]]
         });
+        Ok(Self {
+            vertices: vertices + edges + self.face_count(),
+            edges: 2 * edges + corners,
+            corners: child_corners,
+            polygons: None,
+            pairing: Deferred::default(),
+        })
+    }
+
+    /// The edges of the split.
+    pub(super) fn split_pairing(&self) -> Pairing {
+        let (vertices, edges, corners) = (self.vertex_count(), self.edge_count(), self.corner_count());
+        let e = edges as u32;
+        let own = self.pairing();
         let edge_of = flat(corners, |h| {
             let before = self.previous(h);
-            let (along, back) = (self.edge_of(h), self.edge_of(before));
-            let at_start = u32::from(self.edges[along as usize][0] != h);
-            let at_end = u32::from(self.edges[back as usize][0] == before);
+            let (along, back) = (own.edge_of[h as usize], own.edge_of[before as usize]);
+            let at_start = u32::from(own.edges[along as usize][0] != h);
+            let at_end = u32::from(own.edges[back as usize][0] == before);
             [2 * along + at_start, 2 * e + h, 2 * e + before, 2 * back + at_end]
         });
         let child_edges = many(2 * edges + corners, |k| {
@@ -33,7 +65,7 @@ impl Topology {
                 let h = k - 2 * e;
                 return [4 * h + 1, 4 * self.next(h) + 2];
             }
-            let [one, other] = self.edges[k as usize / 2];
+            let [one, other] = own.edges[k as usize / 2];
             let (starts, ends) = (4 * one, 4 * self.next(one) + 3);
             let (back_starts, back_ends) =
                 if other == NONE { (NONE, NONE) } else { (4 * other, 4 * self.next(other) + 3) };
@@ -41,20 +73,48 @@ impl Topology {
         });
         let leaving = many(vertices + edges + self.face_count(), |k| {
             if k < vertices {
-                4 * self.leaving[k]
+                4 * own.leaving[k]
             } else if k < vertices + edges {
-                4 * self.next(self.edges[k - vertices][0]) + 3
+                4 * self.next(own.edges[k - vertices][0]) + 3
             } else {
                 4 * self.face_corners(k - vertices - edges).start as u32 + 2
             }
         });
-        Ok(Self { corners: child_corners, polygons: None, edge_of, edges: child_edges, leaving })
+        Pairing { edge_of, edges: child_edges, leaving }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::super::Topology;
+
+    /// What is found later is what is found at once, also where several ask and the parent is let go of.
+    #[test]
+    fn deferred_edges_are_the_same_and_their_parent_is_let_go() {
+        let corners = vec![0, 3, 2, 1, 0, 1, 5, 4, 1, 2, 6, 5, 2, 3, 7, 6, 3, 0, 4, 3, 4, 7];
+        let mut at_once = Topology::new(8, corners, &[0, 4, 8, 12, 16, 19, 22]).unwrap();
+        let mut later = Arc::new(at_once.clone());
+        for _ in 0..3 {
+            let parent = Arc::downgrade(&later);
+            at_once = at_once.split().unwrap();
+            later = Arc::new(later.split_deferred().unwrap());
+            assert_eq!(
+                (later.edge_count(), later.vertex_count()),
+                (at_once.edge_count(), at_once.vertex_count())
+            );
+            assert!(parent.upgrade().is_some() && later.bytes() < at_once.bytes());
+            std::thread::scope(|threads| {
+                for _ in 0..4 {
+                    threads.spawn(|| assert_eq!(later.twin(0), at_once.twin(0)));
+                }
+            });
+            assert!(parent.upgrade().is_none() && later.bytes() == at_once.bytes());
+            assert_eq!(*later, at_once);
+            assert_eq!(Topology::clone(&later), at_once);
+        }
+    }
 
     /// The split agrees with the same faces put together from nothing, but for how edges are numbered.
     #[test]
@@ -73,7 +133,7 @@ mod tests {
                 assert_eq!(split.face_of(h), h / 4);
             }
             for v in 0..split.vertex_count() {
-                assert_eq!(split.origin(split.leaving[v]) as usize, v);
+                assert_eq!(split.origin(split.pairing().leaving[v]) as usize, v);
                 assert_eq!(split.is_boundary_vertex(v), again.is_boundary_vertex(v));
                 assert_eq!(split.valence(v), again.valence(v));
                 assert_eq!(split.around(v).count(), again.around(v).count());
