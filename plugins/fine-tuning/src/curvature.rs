@@ -165,13 +165,13 @@ impl Should {
     }
 
     fn constraint(&self, asked: &Constraint, of: AlphaAt) -> Constraint {
-        let (at, name) = (of.at, of.name.clone());
+        let name = of.name.clone();
         let new =
             |wanted: fn(Value) -> Wanted| Constraint::new(Arc::new(of), wanted(Value(vec![self.value()])));
         match self {
             Self::Be(_) => new(Wanted::To).called(&name),
-            Self::AtLeast(_) => new(Wanted::AtLeast).called(&format!("α at {at} for {}", asked.label())),
-            Self::AtMost(_) => new(Wanted::AtMost).called(&format!("α at {at} for {}", asked.label())),
+            Self::AtLeast(_) => new(Wanted::AtLeast).called(&format!("{}: α there", asked.label())),
+            Self::AtMost(_) => new(Wanted::AtMost).called(&format!("{}: α there", asked.label())),
         }
     }
 }

@@ -7,6 +7,7 @@ use loftsman_kernel::edit::{Constraint, Report};
 use loftsman_kernel::solve::{Automatic, Solver};
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::spline::algebra::Function;
+use loftsman_kernel::text::figure;
 use loftsman_kernel::{Point, Vector};
 
 use crate::alpha::{check_degree, clamped, derivative, extremes, polynomial, restricted};
@@ -15,12 +16,14 @@ use crate::error::{FineTuneError, Result};
 use crate::exact::{Asked, solve};
 use crate::lift::Alpha;
 use crate::local::{Host, part};
-use crate::measure::inexact;
+use crate::measure::{EXACT, inexact};
 use crate::operator::Tuning;
 use crate::positive::check_positive;
 
 /// The gap of a closed curve that was tuned with its end let go, as a part of its size, up to which it closes: rounding.
 const CLOSES: f64 = 1e-12;
+/// Turns of so many degrees and more are told.
+const TOLD_TURN: f64 = 0.01;
 
 /// What the ends of a tuned curve do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
@@ -138,7 +141,7 @@ impl FineTune {
     }
 
     /// How many derivatives the tuned part has in common with the rest where they meet, in the exact mode: 0, 1 (`α = 1` there)
-    /// or 2 (`α' = 0` too). By default 2 for a range, 0 for a whole curve.
+    /// or 2 (`α' = 0` too). By default 2 where a range joins the rest, 0 at the ends of the curve.
     #[must_use]
     pub fn continuity(mut self, derivatives: u8) -> Self {
         self.continuity = Some(derivatives.min(2));
@@ -214,7 +217,7 @@ impl FineTune {
                     "a closed curve has no ends at which derivatives could stay: continuity is for a range of it".into(),
                 ));
             }
-            return self.whole(&self.curve, &self.alpha, self.continuity.unwrap_or(0));
+            return self.whole(&self.curve, &self.alpha, [self.continuity.unwrap_or(0); 2]);
         };
         if self.ends == Ends::Free {
             return Err(FineTuneError::Contradiction(
@@ -235,14 +238,42 @@ impl FineTune {
             restricted(&self.alpha, a, b)?
         };
         let given = part(&self.curve, a, b)?;
-        let mut tuned = self.whole(&given, &alpha, self.continuity.unwrap_or(2))?;
+        let joins = [periodic || a > start, periodic || b < end];
+        let continuity = joins.map(|joins| self.continuity.unwrap_or(if joins { 2 } else { 0 }));
+        let mut tuned = self.whole(&given, &alpha, continuity)?;
         tuned.report.notes.extend(corners(&given, &tuned.curve)?);
         let host = Host::new(&self.curve, tuned.curve.space())?;
         Ok(Tuned { curve: host.with(tuned.curve.points())?, ..tuned })
     }
 
-    fn whole(&self, given: &Curve, alpha: &Function<f64>, continuity: u8) -> Result<Tuned> {
+    /// In the fewest knots; in pieces, where products of high degree would lose digits in those: the same curve, whose knots are repeated as often as can be.
+    fn whole(&self, given: &Curve, alpha: &Function<f64>, continuity: [u8; 2]) -> Result<Tuned> {
         let given = &*polynomial(given)?;
+        let tuned = self.knotted(given, alpha, continuity);
+        if given.degree().saturating_sub(1) + alpha.space().degree() <= EXACT
+            || !matches!(self.ends, Ends::Exact | Ends::Free)
+        {
+            return tuned;
+        }
+        let off = |tuned: &Tuned| inexact(&tuned.curve, &derivative(given)?, &tuned.alpha);
+        let lost = match &tuned {
+            Ok(tuned) => off(tuned)?,
+            Err(_) => None,
+        };
+        if tuned.is_ok() && lost.is_none() {
+            return tuned;
+        }
+        let Ok(mut pieces) = self.knotted(&in_pieces(given)?, alpha, continuity) else { return tuned };
+        if let Some(left) = off(&pieces)? {
+            pieces.report.notes.push(left.told());
+        }
+        if let Some(lost) = lost {
+            pieces.report.notes.push(lost.avoided(pieces.curve.degree()));
+        }
+        Ok(pieces)
+    }
+
+    fn knotted(&self, given: &Curve, alpha: &Function<f64>, continuity: [u8; 2]) -> Result<Tuned> {
         let derivative = derivative(given)?;
         let exact = self.ends == Ends::Exact && !given.is_periodic();
         let alpha = &if exact { clamped(alpha)? } else { alpha.clone() };
@@ -287,19 +318,37 @@ impl FineTune {
                 // The given curve in the tuned one's space: the same integral with α = 1.
                 let one = Function::constant(alpha.space().clone(), 1.0)?;
                 let same = derivative.times(&one)?.integral(start.coords)?.into_curve()?;
-                let (curve, scale) = matched(&free()?, &same, fixed)?;
+                let (curve, scale, turn) = matched(&free()?, &same, fixed)?;
                 report.scale = scale;
+                if turn.to_degrees() >= TOLD_TURN {
+                    report
+                        .notes
+                        .push(format!("turned by {}°, so that its ends stay", figure(turn.to_degrees())));
+                }
                 (curve, alpha.clone())
             }
         };
         if self.ends != Ends::Exact {
             report.alpha = extremes(&tuned_alpha)?;
         }
-        if matches!(self.ends, Ends::Exact | Ends::Free) {
-            report.notes.extend(inexact(&curve, &derivative, &tuned_alpha)?);
-        }
         Ok(Tuned { curve, alpha: tuned_alpha, report })
     }
+}
+
+/// The same curve in Bézier pieces: every knot as often as the degree.
+fn in_pieces(curve: &Curve) -> Result<Curve> {
+    let (space, degree) = (curve.space(), curve.degree());
+    let (start, end) = curve.domain();
+    let lacking = |t: f64| {
+        let ends = !space.is_periodic() && (t == start || t == end);
+        // Around a period both ends are one knot.
+        let again = space.is_periodic() && t == end;
+        let times = if ends || again { 0 } else { degree.saturating_sub(space.multiplicity(t)) };
+        std::iter::repeat_n(t, times)
+    };
+    let missing: Vec<f64> = space.breakpoints().into_iter().flat_map(lacking).collect();
+    let clamped = if space.is_periodic() { curve.clone() } else { curve.to_clamped()? };
+    Ok(clamped.insert_knots(&missing)?)
 }
 
 /// What there is to say of corners where a tuned part meets the rest, which is as the given part is.

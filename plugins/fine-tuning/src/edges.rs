@@ -21,10 +21,10 @@ use crate::surface::Pin;
 
 /// How the edges are to stay.
 pub(crate) struct Edges<'a> {
-    /// So many rows of α at either end along `u` are 1: for derivatives that stay at the edges.
-    pub(crate) rows: usize,
-    /// So many columns at either side along `v` are 1: for sides that stay.
-    pub(crate) columns: usize,
+    /// So many rows of α at the start and at the end along `u` are 1: for derivatives that stay at the edges.
+    pub(crate) rows: [usize; 2],
+    /// So many columns at the sides where `v` starts and ends are 1: for sides that stay.
+    pub(crate) columns: [usize; 2],
     /// Values that α has somewhere.
     pub(crate) pins: Vec<&'a Pin>,
     pub(crate) solver: &'a Arc<dyn Solver>,
@@ -47,9 +47,10 @@ impl Edges<'_> {
     /// # Errors
     /// When no α but 1 does it, or none that is positive.
     pub(crate) fn solve(&self, given: &Field<Vector>, alpha: &Alpha) -> Result<(Alpha, Option<Report>)> {
-        let alpha = alpha.clone().clamped(self.rows > 0, self.columns > 0)?;
+        let alpha = alpha.clone().clamped(self.rows != [0; 2], self.columns != [0; 2])?;
         let (height, width) = (alpha.along().len(), alpha.columns());
-        let edge = |k: usize, count: usize, of: usize| k < count || k + count >= of;
+        let edge = |k: usize, [first, last]: [usize; 2], of: usize| k < first || k + last >= of;
+        let [rows, columns] = [self.rows, self.columns].map(|counts| counts.iter().sum::<usize>());
         let fixed = |k: usize| edge(k / width, self.rows, height) || edge(k % width, self.columns, width);
         let free_values: Vec<usize> = (0..height * width).filter(|k| !fixed(*k)).collect();
         let start = if free_values.len() < height * width {
@@ -63,23 +64,23 @@ impl Edges<'_> {
         let is_one = |values: &[f64]| values.iter().all(|c| (c - 1.0).abs() <= 1e-9);
         let nothing = |values: &[f64]| self.pins.is_empty() && is_one(values) && !is_one(alpha.values());
         let refused = |equations: usize| {
-            let free_columns = width.saturating_sub(2 * self.columns).max(1);
+            let free_columns = width.saturating_sub(columns).max(1);
             FineTuneError::Edges {
                 along: self.names[0],
                 net: width > 1,
                 equations,
                 values: free_values.len(),
-                needed: 2 * self.rows + equations / free_columns + 1,
+                needed: rows + equations / free_columns + 1,
                 columns: width,
             }
         };
         let sides = || {
             let needed = if free_values.is_empty() {
-                let across = width.max(2 * self.columns + 1);
+                let across = width.max(columns + 1);
                 // As many equations as functions across have; more of those have more.
                 let all: Vec<usize> = (0..height * width).collect();
-                let each = equations.count(&all).div_ceil(width) * across / (across - 2 * self.columns);
-                [2 * self.rows + each + 1, across]
+                let each = equations.count(&all).div_ceil(width) * across / (across - columns);
+                [rows + each + 1, across]
             } else {
                 [0; 2]
             };

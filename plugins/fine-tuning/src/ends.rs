@@ -37,8 +37,8 @@ impl Similarity {
 
 /// The tuned curve with `fixed` control vertices at either end as the given curve has them, in the same space, and the rest brought
 /// there by the similarity that takes the innermost of them to where they should be (paper 5, §2.1: one for the end points, two for
-/// tangents, three for curvatures).
-pub(crate) fn matched(tuned: &Curve, given: &Curve, fixed: usize) -> Result<(Curve, f64)> {
+/// tangents, three for curvatures). Also by what it is scaled, and its angle in radians.
+pub(crate) fn matched(tuned: &Curve, given: &Curve, fixed: usize) -> Result<(Curve, f64, f64)> {
     let (points, wanted) = (tuned.points(), given.points());
     let n = points.len();
     if n < 2 * fixed || wanted.len() != n {
@@ -59,5 +59,5 @@ pub(crate) fn matched(tuned: &Curve, given: &Curve, fixed: usize) -> Result<(Cur
     let mut moved: Vec<Point> = points.iter().map(|p| similarity.apply(p)).collect();
     moved[..fixed].copy_from_slice(&wanted[..fixed]);
     moved[n - fixed..].copy_from_slice(&wanted[n - fixed..]);
-    Ok((Curve::new(tuned.space().clone(), moved)?, similarity.scale))
+    Ok((Curve::new(tuned.space().clone(), moved)?, similarity.scale, similarity.turn.angle()))
 }

@@ -3,6 +3,7 @@
 use loftsman_kernel::edit::EditError;
 use loftsman_kernel::error::{Error, Figure, MAX_DEGREE};
 use loftsman_kernel::plugin::OperationError;
+use loftsman_kernel::text::counted;
 
 /// The result of a tuning.
 pub type Result<T, E = FineTuneError> = std::result::Result<T, E>;
@@ -80,8 +81,8 @@ pub enum FineTuneError {
     },
     /// What is asked is met by no α that is positive.
     #[error(
-        "what is asked takes an α that is not positive (the nearest one runs from {} to {}), and none that is at least {} everywhere does it: ask for \
-         less, give α more knots, or say any_sign where tangents may turn round", Figure(*.least), Figure(*.most), Figure(*.bound)
+        "what is asked takes an α that is not positive (the nearest one runs from {} to {}), and none that is at least {} everywhere does it, tangents \
+         keeping their directions: ask for less, give α more knots, or say any_sign where tangents may turn round", Figure(*.least), Figure(*.most), Figure(*.bound)
     )]
     NoPositive {
         /// The smallest value of the nearest α.
@@ -118,8 +119,9 @@ pub enum FineTuneError {
     },
     /// More is asked of the ends than α can give.
     #[error(
-        "{asked}: these are {equations} equations, and α has {values} values where it needs at least {needed}: give it \
-         more knots ({{ degree, knots, values }}), tune a longer range, or ask for less"
+        "{asked}: these are {equations} equations, and α has {} where it needs at least {needed}: give it \
+         more knots ({{ degree, knots, values }}), tune a longer range, or ask for less",
+        counted(*.values, "value[|s]")
     )]
     TooFewValues {
         /// What is asked.
@@ -169,8 +171,8 @@ pub enum FineTuneError {
         along: &'static str,
         /// Values of α along it and across; 1 across where it is a function of one parameter.
         found: [usize; 2],
-        /// How many at either end, and at either side, are 1.
-        fixed: [usize; 2],
+        /// How many at the start and at the end, and at the first and the last side, are 1.
+        fixed: [[usize; 2]; 2],
         /// How many leave some to change; 0 where there are enough.
         needed: [usize; 2],
     },
@@ -196,17 +198,27 @@ impl From<FineTuneError> for OperationError {
 }
 
 /// Why α of a part of a surface has no choice.
-fn sides(along: &str, found: [usize; 2], fixed: [usize; 2], needed: [usize; 2]) -> String {
-    let net = found[1] > 1 || fixed[1] > 0;
+fn sides(along: &str, found: [usize; 2], fixed: [[usize; 2]; 2], needed: [usize; 2]) -> String {
+    let net = found[1] > 1 || fixed[1] != [0; 2];
     let (what, has) = if net {
         ("α(u, v)", format!("{} values along {along} and {} across", found[0], found[1]))
     } else {
         ("α", format!("{} values along {along}", found[0]))
     };
+    let both = |[first, last]: [usize; 2], each: &str, names: [&str; 2]| match (first, last) {
+        (first, last) if first == last => format!("{first} at either {each}"),
+        (first, 0) => format!("{first} at {}", names[0]),
+        (0, last) => format!("{last} at {}", names[1]),
+        (first, last) => format!("{first} at {} and {last} at {}", names[0], names[1]),
+    };
+    let ends = both(fixed[0], "end", ["the start", "the end"]);
     let ends = if net {
-        format!("{} at either end along {along} and {} at either side across", fixed[0], fixed[1])
+        format!(
+            "{ends} along {along} and {} across",
+            both(fixed[1], "side", ["the first side", "the last side"])
+        )
     } else {
-        format!("{} at either end", fixed[0])
+        ends
     };
     let way = if needed == [0; 2] {
         "all others are asked to be 1, too; ask for others than 1 among those, or give α more values ({ degree, knots, values })".to_owned()

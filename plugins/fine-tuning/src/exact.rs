@@ -31,8 +31,8 @@ pub(crate) struct Asked<'a> {
     pub(crate) given: &'a Curve,
     /// All of the given curve, where that is a part of it, and something is asked of it.
     pub(crate) host: Option<Host>,
-    /// How many derivatives the tuned curve has in common with the given one at its ends.
-    pub(crate) continuity: u8,
+    /// How many derivatives the tuned curve has in common with the given one at its start and at its end.
+    pub(crate) continuity: [u8; 2],
     pub(crate) through: &'a [(f64, Point)],
     pub(crate) constraints: &'a [Constraint],
     pub(crate) solver: Arc<dyn Solver>,
@@ -135,12 +135,12 @@ impl Asked<'_> {
         let through = self.through.iter().enumerate();
         all.extend(through.map(|(k, (at, to))| position(*at).to(*to).called(&format!("through[{k}]"))));
         if !self.given.is_periodic() {
-            for end in [a, b] {
+            for (end, continuity) in [a, b].into_iter().zip(self.continuity) {
                 let of = |order: &str| format!("the {order} derivative at {end} (continuity)");
-                if self.continuity > 0 {
+                if continuity > 0 {
                     all.push(position(end).on(1).axis(Axis::X).to(1.0).called(&of("first")));
                 }
-                if self.continuity > 1 {
+                if continuity > 1 {
                     all.push(derivative(end, 1).on(1).axis(Axis::X).to(0.0).called(&of("second")));
                 }
             }
@@ -393,12 +393,19 @@ impl<'a> Problem<'a> {
         if equations <= values || !matches!(error, EditError::Solve(_)) {
             return error.into();
         }
-        FineTuneError::TooFewValues { asked: self.what(), equations, needed: equations, values }
+        // 1 is what as many values as equations have where nothing but the ends is asked for.
+        let is_plain = self.asked.through.is_empty() && self.asked.constraints.is_empty();
+        let needed = equations + usize::from(is_plain);
+        FineTuneError::TooFewValues { asked: self.what(), equations, needed, values }
     }
 
     /// How many equations there are as a rule.
     fn equations(&self) -> usize {
-        let slopes = if self.asked.given.is_periodic() { 0 } else { 2 * usize::from(self.asked.continuity) };
+        let slopes = if self.asked.given.is_periodic() {
+            0
+        } else {
+            self.asked.continuity.into_iter().map(usize::from).sum()
+        };
         dimensions(self.asked.given) * (1 + self.asked.through.len()) + slopes
     }
 
@@ -411,10 +418,17 @@ impl<'a> Problem<'a> {
             1 => asked.push("a point to pass through".into()),
             more => asked.push(format!("{more} points to pass through")),
         }
+        let order = |level: u8| ["", "first derivatives", "first and second derivatives"][usize::from(level)];
         match self.asked.continuity {
-            1 if !closed => asked.push("first derivatives that stay at both ends".into()),
-            2 if !closed => asked.push("first and second derivatives that stay at both ends".into()),
-            _ => {}
+            _ if closed => {}
+            [0, 0] => {}
+            [first, last] if first == last => asked.push(format!("{} that stay at both ends", order(first))),
+            [first, 0] => asked.push(format!("{} that stay at the start", order(first))),
+            [0, last] => asked.push(format!("{} that stay at the end", order(last))),
+            [first, last] => {
+                asked.push(format!("{} that stay at the start", order(first)));
+                asked.push(format!("{} that stay at the end", order(last)));
+            }
         }
         asked.join(", ")
     }

@@ -23,7 +23,7 @@ pub(crate) fn raised(given: &Field<Vector>, fields: &[Field<f64>; 2]) -> Result<
 }
 
 /// `min ∫∫ |D_u - αS_u|² + |D_v - βS_v|²` over all `D` in the space of `start`, the given surface raised, with `kept` rows at
-/// either end along `u` and columns along `v` as `start` has them; where none are kept, `D` starts where `S` does. And
+/// the start and at the end along `u` and columns along `v` as `start` has them; where none are kept, `D` starts where `S` does. And
 /// `(least / ∫∫ |αS_u|² + |βS_v|²)^½`. One factorisation of a sparse matrix, `O(n b²)` for `n` control vertices in a band of `b`.
 ///
 /// # Errors
@@ -32,7 +32,7 @@ pub(crate) fn fitted(
     given: &Field<Vector>,
     fields: &[Field<f64>; 2],
     start: &Field<Vector>,
-    kept: [usize; 2],
+    kept: [[usize; 2]; 2],
 ) -> Result<(Field<Vector>, f64)> {
     let (u, v) = (start.space(Direction::U), start.space(Direction::V));
     let (rows, columns) = (u.len(), v.len());
@@ -40,15 +40,16 @@ pub(crate) fn fitted(
         derivative_u(given)?.times(&fields[0])?,
         turned(&derivative_u(&turned(given)?)?.times(&turned(&fields[1])?)?)?,
     ];
-    let edge = |k: usize, of: usize, kept: usize| k < kept || k + kept >= of;
+    let edge = |k: usize, of: usize, [first, last]: [usize; 2]| k < first || k + last >= of;
     let mut free: Vec<usize> = (0..rows * columns)
         .filter(|k| !edge(k / columns, rows, kept[0]) && !edge(k % columns, columns, kept[1]))
         .collect();
     if free.is_empty() {
         return Err(FineTuneError::Contradiction(format!(
             "of {rows} × {columns} control vertices of the tuned surface none would be free with {} rows and {} columns kept at \
-             either end: keep fewer, or give α more knots",
-            kept[0], kept[1]
+             their ends: keep fewer, or give α more knots",
+            kept[0][0] + kept[0][1],
+            kept[1][0] + kept[1][1]
         )));
     }
     let floats = free.len() == rows * columns;

@@ -9,18 +9,45 @@ use crate::error::Result;
 use crate::lift::Alpha;
 
 /// Products of this degree and less stay below what is told.
-const EXACT: usize = 10;
+pub(crate) const EXACT: usize = 10;
 /// What is told where `D'` and `α C'` differ by more, as a part of the largest.
 const TOLD: f64 = 1e-10;
 
-/// What there is to say where the derivative of a tuned curve is not `α C'` to 1e-10 of its largest: a product of high degree with knots within has coefficients
+/// How far the derivative of a tuned curve is from `α C'`, where that is more than rounding.
+pub(crate) struct Inexact {
+    /// As a part of the largest `|α C'|`.
+    off: f64,
+    at: f64,
+    degree: usize,
+}
+
+impl Inexact {
+    /// What there is to say of it.
+    pub(crate) fn told(&self) -> String {
+        format!(
+            "its derivative is not α times the given one but {:.1e} of the largest off, near {}: products of degree {} lose digits; tune a curve of lower \
+             degree",
+            self.off, self.at, self.degree
+        )
+    }
+
+    /// What there is to say where another representation of this degree keeps the digits.
+    pub(crate) fn avoided(&self, degree: usize) -> String {
+        format!(
+            "in Bézier pieces of degree {degree}: with fewer knots its derivative would be {:.1e} of the largest off, near {}",
+            self.off, self.at
+        )
+    }
+}
+
+/// Whether the derivative of a tuned curve is not `α C'` to 1e-10 of its largest: a product of high degree with knots within has coefficients
 /// that grow and cancel. Measured by de Boor's algorithm at as many places in each span as the product has degrees; `O(n p³)` there, nothing for
 /// products of degree 10 and less.
 pub(crate) fn inexact(
     tuned: &Curve,
     derivative: &Function<Vector>,
     alpha: &Function<f64>,
-) -> Result<Option<String>> {
+) -> Result<Option<Inexact>> {
     let degree = derivative.space().degree() + alpha.space().degree();
     if degree <= EXACT {
         return Ok(None);
@@ -37,13 +64,7 @@ pub(crate) fn inexact(
             }
         }
     }
-    Ok((worst > TOLD * size).then(|| {
-        format!(
-            "its derivative is not α times the given one but {:.1e} of the largest off, near {at}: products of degree {degree} with knots within lose \
-             digits; tune a curve of lower degree or with fewer knots",
-            worst / size
-        )
-    }))
+    Ok((worst > TOLD * size).then_some(Inexact { off: worst / size, at, degree }))
 }
 
 /// The Gram matrix of a space: `∫ α²` of the values of α.

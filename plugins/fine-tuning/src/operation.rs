@@ -16,7 +16,7 @@ use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::{Location, Shape};
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::spline::{Curve, Space, Surface};
-use loftsman_kernel::text::figure;
+use loftsman_kernel::text::{a, figure};
 
 use crate::{Ends, FineTune, TuneReport, alpha_of, alpha_space};
 
@@ -69,7 +69,7 @@ const FIELDS: [Field; 15] = [
     Field::optional(
         "continuity",
         "0 | 1 | 2",
-        "2 for a range, else 0",
+        "2 where a range joins the rest, else 0",
         "derivatives that stay at the ends; exact ends only",
     ),
     Field::optional(
@@ -140,9 +140,13 @@ impl Operation for FineTuneOperation {
                 return of_surface(scene, parameters, context, &object, &surface);
             }
             other => {
-                let kind = other.kind();
+                let own = match other {
+                    Geometry::Custom(_) => " (of a cage its mesh, before it is the cage of a surface)",
+                    _ => "",
+                };
                 let problem = format!(
-                    "\"{object}\" is a {kind}: what is tuned is a curve, a surface, or the edges of a mesh or a polyline"
+                    "\"{object}\" is {}: what is tuned is a curve, a surface, or the edges of a mesh or a polyline{own}",
+                    a(other.kind())
                 );
                 return Err(parameters.error("object", problem).into());
             }
@@ -183,7 +187,7 @@ impl Operation for FineTuneOperation {
             let value = position(over_the_seam(place.number("at")?, &curve, range))
                 .on(1)
                 .axis(Axis::X)
-                .to(place.number("to")?);
+                .to(alpha_there(parameters, place)?);
             tune = tune.ask(value.called(&format!("alpha_at[{k}]")));
         }
         let mut names = SceneShapes::new(scene, &object)?;
@@ -343,6 +347,18 @@ fn places(parameters: &Parameters, name: &str) -> Result<Vec<Parameters>, Parame
     let tables = parameters.tables(name)?;
     tables.iter().try_for_each(|table| table.check(&KNOWN))?;
     Ok(tables)
+}
+
+/// What α is to be somewhere.
+fn alpha_there(parameters: &Parameters, place: &Parameters) -> Result<f64, ParameterError> {
+    let value = place.number("to")?;
+    if value > 0.0 || parameters.flag("any_sign")? {
+        return Ok(value);
+    }
+    Err(place.error(
+        "to",
+        format!("{value} is not positive, as α has to be (any_sign = true takes it as it comes)"),
+    ))
 }
 
 fn range(parameters: &Parameters) -> Result<Option<(f64, f64)>, ParameterError> {

@@ -19,8 +19,13 @@ pub(crate) fn patch(surface: &Surface, region: &Region) -> Result<Surface> {
 }
 
 /// The surface in the degrees and with the knots of a tuned patch, and the patch's control vertices in the place of its own: all
-/// but those of its border with the rest, which stay the rest's. Of the rest not a bit changes.
-pub(crate) fn put_back(surface: &Surface, tuned: &Surface, region: &Region) -> Result<Surface> {
+/// but those of the borders that are `kept` (at the start and at the end of `u`, of `v`), which stay the rest's. Of the rest not a bit changes.
+pub(crate) fn put_back(
+    surface: &Surface,
+    tuned: &Surface,
+    region: &Region,
+    kept: [[bool; 2]; 2],
+) -> Result<Surface> {
     let mut whole = surface.clone();
     let mut places = Vec::with_capacity(2);
     for direction in [Direction::U, Direction::V] {
@@ -39,17 +44,18 @@ pub(crate) fn put_back(surface: &Surface, tuned: &Surface, region: &Region) -> R
                 name(direction)
             )));
         };
-        places.push((first, usize::from(range.is_some())));
+        places.push((first, range.is_some()));
     }
-    let [(row, top), (column, side)] = places[..] else { return Ok(whole) };
+    let [(row, in_u), (column, in_v)] = places[..] else { return Ok(whole) };
+    let [[top, bottom], [left, right]] = kept.map(|ends| ends.map(usize::from));
     let (u, v, mut points, _) = whole.into_parts();
     let (height, width) = (tuned.u().len(), tuned.v().len());
-    for i in top..height - top {
-        for j in side..width - side {
+    for i in top..height - bottom {
+        for j in left..width - right {
             let (to_row, to_column) = (row + i, column + j);
             // A direction that is whole keeps its numbers; only a part's may pass the seam.
-            let to_row = if top > 0 { u.vertex(to_row) } else { to_row };
-            let to_column = if side > 0 { v.vertex(to_column) } else { to_column };
+            let to_row = if in_u { u.vertex(to_row) } else { to_row };
+            let to_column = if in_v { v.vertex(to_column) } else { to_column };
             points[to_row * v.len() + to_column] = tuned.points()[i * width + j];
         }
     }

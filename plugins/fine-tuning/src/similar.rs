@@ -1,4 +1,4 @@
-//! Edges kept by one similarity of the whole surface, where there is one that keeps them.
+//! Edges kept by one turn and one scale of all lines, where there are such that keep them.
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::spline::Direction;
@@ -10,12 +10,13 @@ use crate::error::{FineTuneError, Result};
 use crate::lines::size;
 use crate::turn::least_turn;
 
-/// The tuned surface with `fixed` rows at either end along `u` as the given one (in the same space) has them, the rest brought
-/// there by the similarity that takes the innermost two of these rows to where they should be. Of a curve there always is one; of
-/// a surface only where all of its `u`-lines want the same.
+/// The tuned surface with `fixed` rows at either end along `u` as the given one (in the same space) has them. The rest of each `u`-line is turned and
+/// scaled about the innermost of its first rows, all lines alike: `D_i = G_f + s R (T_i - T_f)` with `T` the tuned lines, `G` the given ones, so that
+/// `D_u = s R α S_u`. Of a curve there always are such `s`, `R`; of a surface where all of its `u`-lines want the same, as those of an extrusion, or of one curve
+/// moved and made larger or smaller.
 ///
 /// # Errors
-/// When no similarity takes these rows there within `1e-9` of the surface's size, or there are not as many.
+/// When none takes these rows there within `1e-9` of the surface's size, or there are not as many.
 pub(crate) fn matched(
     tuned: &Field<Vector>,
     given: &Field<Vector>,
@@ -29,13 +30,14 @@ pub(crate) fn matched(
             "{n} rows of control vertices along {name} are too few to keep {fixed} at either end: insert knots first, or keep less"
         )));
     }
-    let rows = |field: &Field<Vector>| {
-        let row = |k: usize| field.coefficients()[k * width..(k + 1) * width].to_vec();
-        [row(fixed - 1), row(n - fixed)].concat()
+    let row = |field: &Field<Vector>, k: usize| field.coefficients()[k * width..(k + 1) * width].to_vec();
+    let chords = |field: &Field<Vector>| -> Vec<Vector> {
+        let (first, last) = (row(field, fixed - 1), row(field, n - fixed));
+        last.iter().zip(&first).map(|(b, a)| b - a).collect()
     };
-    let (from, to) = (rows(tuned), rows(given));
-    let similarity = Similarity::nearest(&from, &to);
-    let off = from.iter().zip(&to).fold(0.0_f64, |m, (a, b)| m.max((similarity.apply(a) - b).norm()));
+    let (from, to) = (chords(tuned), chords(given));
+    let turn = Turn::nearest(&from, &to);
+    let off = from.iter().zip(&to).fold(0.0_f64, |m, (a, b)| m.max((turn.apply(a) - b).norm()));
     let extent = size(given).max(size(tuned));
     // Written so that NaN fails too.
     if off.is_nan() || off > 1e-9 * extent {
@@ -45,34 +47,32 @@ pub(crate) fn matched(
             off = short(off)
         )));
     }
-    let mut all: Vec<Vector> = tuned.coefficients().iter().map(|c| similarity.apply(c)).collect();
+    let (start, wanted) = (row(tuned, fixed - 1), row(given, fixed - 1));
+    let lines = start.iter().zip(&wanted).cycle();
+    let moved = tuned.coefficients().iter().zip(lines);
+    let mut all: Vec<Vector> = moved.map(|(c, (start, to))| to + turn.apply(&(c - start))).collect();
     let (kept, last) = (fixed * width, all.len() - fixed * width);
     all[..kept].copy_from_slice(&given.coefficients()[..kept]);
     all[last..].copy_from_slice(&given.coefficients()[last..]);
-    Ok((Field::new(u.clone(), v.clone(), all)?, similarity.scale))
+    Ok((Field::new(u.clone(), v.clone(), all)?, turn.scale))
 }
 
-struct Similarity {
-    from: Vector,
-    to: Vector,
+struct Turn {
     turn: Rotation3<f64>,
     scale: f64,
 }
 
-impl Similarity {
-    /// The one that takes points nearest to others, in the sum of squares (Umeyama 1991); where all points are on a line, with the
+impl Turn {
+    /// The one that takes vectors nearest to others, in the sum of squares (Umeyama 1991, without a translation); where all are along one line, by the
     /// rotation of least angle.
     fn nearest(from: &[Vector], to: &[Vector]) -> Self {
-        let middle = |all: &[Vector]| all.iter().sum::<Vector>() / all.len().max(1) as f64;
-        let (a, b) = (middle(from), middle(to));
-        let extent =
-            |all: &[Vector], middle: Vector| all.iter().fold(0.0_f64, |m, p| m.max((p - middle).norm()));
-        let (of_a, of_b) = (extent(from, a), extent(to, b));
-        let none = Self { from: a, to: b, turn: Rotation3::identity(), scale: 1.0 };
+        let largest = |all: &[Vector]| all.iter().fold(0.0_f64, |m, p| m.max(p.norm()));
+        let (of_a, of_b) = (largest(from), largest(to));
+        let none = Self { turn: Rotation3::identity(), scale: 1.0 };
         if !(of_a > 0.0 && of_b > 0.0) {
             return none;
         }
-        let pairs = || from.iter().zip(to).map(|(p, q)| ((p - a) / of_a, (q - b) / of_b));
+        let pairs = || from.iter().zip(to).map(|(p, q)| (p / of_a, q / of_b));
         let covariance = pairs().fold(Matrix3::zeros(), |sum, (p, q)| sum + q * p.transpose());
         let spread: f64 = pairs().map(|(p, _)| p.norm_squared()).sum();
         let svd = SVD::new(covariance, true, true);
@@ -87,10 +87,10 @@ impl Similarity {
             let turn = Rotation3::from_matrix_unchecked(left * flip * right);
             (turn, values[0] + values[1] + sign * values[2])
         };
-        Self { from: a, to: b, turn, scale: trace / spread * (of_b / of_a) }
+        Self { turn, scale: trace / spread * (of_b / of_a) }
     }
 
     fn apply(&self, p: &Vector) -> Vector {
-        self.to + self.turn * (p - self.from) * self.scale
+        self.turn * p * self.scale
     }
 }

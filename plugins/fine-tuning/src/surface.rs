@@ -24,8 +24,8 @@ use crate::scaling::Scaling;
 ///   itself.
 /// * [`Ends::Free`]: the edge `u = u₀` stays, the other goes where it goes.
 /// * [`Ends::Position`], [`Ends::Tangent`], [`Ends::Curvature`]: one, two or three rows of control vertices at either end stay,
-///   by one similarity of the whole surface. A rotation and a scale for each line would be no tensor product, so that where the
-///   lines want different ones it is refused.
+///   by one rotation and one scale of all lines, each about its own start: `D_u = s R α S_u`. Others for each line would be no tensor product, so
+///   that where the lines want different ones it is refused; those of an extrusion want the same.
 ///
 /// With [`Scaling::Both`] nothing is changed in α: none, one, two or three rows (and columns) of the tuned surface are kept with
 /// `Free`, `Position`, `Tangent` and `Curvature`, and `Exact` keeps one more than the [continuity](Self::continuity).
@@ -52,7 +52,7 @@ pub struct FineTuneSurface {
     pub(crate) scaling: Scaling,
     pub(crate) ends: [Ends; 2],
     pub(crate) region: Region,
-    continuity: Option<u8>,
+    pub(crate) continuity: Option<u8>,
     pub(crate) pinned: Vec<Pin>,
     pub(crate) solver: Arc<dyn Solver>,
     pub(crate) any_sign: bool,
@@ -146,7 +146,7 @@ impl FineTuneSurface {
 
     /// How many derivatives across its border the tuned part has in common with the rest, with [`Ends::Exact`]: 0, 1 (`α = 1` on
     /// its ends) or 2 (`α_u = 0` there too); across the sides that α(u, v) has beside them, the same with one derivative of α
-    /// more. By default 2 for a region, 0 for a whole surface.
+    /// more. By default 2 where a region joins the rest, 0 at the edges of the surface.
     #[must_use]
     pub fn continuity(mut self, derivatives: u8) -> Self {
         self.continuity = Some(derivatives.min(2));
@@ -215,7 +215,7 @@ impl FineTuneSurface {
         }
         if self.region == [None; 2] {
             self.scaling.check_domains(&self.surface)?;
-            let mut tuned = self.whole(&self.surface, self.scaling.clone(), self.continuity.unwrap_or(0))?;
+            let mut tuned = self.whole(&self.surface, self.scaling.clone())?;
             let both = matches!(self.scaling, Scaling::Directional { u: Some(_), v: Some(_) });
             if both && self.ends == [Ends::Exact; 2] {
                 tuned.report.notes.push(
@@ -229,8 +229,32 @@ impl FineTuneSurface {
         let given = patch(&self.surface, &self.region)?;
         let scaling = self.scaling.restricted(&self.region)?;
         scaling.check_domains(&given)?;
-        let tuned = self.whole(&given, scaling, self.continuity.unwrap_or(2))?;
-        Ok(TunedSurface { surface: put_back(&self.surface, &tuned.surface, &self.region)?, ..tuned })
+        let tuned = self.whole(&given, scaling)?;
+        let kept = [Direction::U, Direction::V].map(|direction| self.kept(direction));
+        Ok(TunedSurface { surface: put_back(&self.surface, &tuned.surface, &self.region, kept)?, ..tuned })
+    }
+
+    /// How many derivatives across either end of a direction stay, and whether the end itself is the border of a part: `None` where nothing is beside it and
+    /// none were asked for. Two of a part by default where the rest joins it.
+    pub(crate) fn joins(&self, direction: Direction) -> [Option<u8>; 2] {
+        let space = self.surface.space(direction);
+        let (start, end) = space.domain();
+        match self.region[index(direction)] {
+            Some((a, b)) => [a > start, b < end]
+                .map(|inner| self.continuity.or((inner || space.is_periodic()).then_some(2))),
+            None => [None; 2],
+        }
+    }
+
+    /// Which ends of a part keep their control vertices: those that the rest joins, and those that α keeps.
+    fn kept(&self, direction: Direction) -> [bool; 2] {
+        let scaled = match &self.scaling {
+            Scaling::Directional { u, v } => [u.is_some(), v.is_some()][index(direction)],
+            Scaling::Along { direction: own, .. } => *own == direction,
+            Scaling::Both { .. } => true,
+        };
+        let part = self.region[index(direction)].is_some();
+        self.joins(direction).map(|join| part && (scaled || join.is_some()))
     }
 
     /// Refuses regions that are none, and those that would be torn off the rest.

@@ -16,8 +16,8 @@ use crate::similar::matched;
 use crate::surface::{FineTuneSurface, SurfaceReport, TunedSurface};
 
 impl FineTuneSurface {
-    /// All of a surface by α over its domain, with so many derivatives in common at its ends.
-    pub(crate) fn whole(&self, surface: &Surface, asked: Scaling, continuity: u8) -> Result<TunedSurface> {
+    /// All of a surface by α over its domain.
+    pub(crate) fn whole(&self, surface: &Surface, asked: Scaling) -> Result<TunedSurface> {
         let given = surface.function()?;
         let mut report = SurfaceReport { scale: [1.0; 2], alpha: [[1.0; 2]; 2], ..SurfaceReport::default() };
         let mut scaling = asked.clone();
@@ -25,12 +25,12 @@ impl FineTuneSurface {
             let fields = [u.clone(), v.clone()];
             let start = raised(&given, &fields)?;
             let kept = [Direction::U, Direction::V].map(|direction| match self.ends[index(direction)] {
-                _ if given.space(direction).is_periodic() => 0,
-                Ends::Exact => usize::from(continuity) + 1,
-                Ends::Free => 0,
-                Ends::Position => 1,
-                Ends::Tangent => 2,
-                Ends::Curvature => 3,
+                _ if given.space(direction).is_periodic() => [0; 2],
+                Ends::Exact => self.levels(direction).map(|level| level + 1),
+                Ends::Free => [0; 2],
+                Ends::Position => [1; 2],
+                Ends::Tangent => [2; 2],
+                Ends::Curvature => [3; 2],
             });
             let (field, residual) = fitted(&given, &fields, &start, kept)?;
             report.residual = Some(residual);
@@ -40,7 +40,7 @@ impl FineTuneSurface {
             for direction in [Direction::U, Direction::V] {
                 let Some(alpha) = asked.of(direction)? else { continue };
                 let own = facing(&given, direction)?;
-                let alpha = self.met(&own, alpha, direction, continuity, &mut report)?;
+                let alpha = self.met(&own, alpha, direction, &mut report)?;
                 let turned = self.step(&facing(&field, direction)?, &alpha, direction, &mut report)?;
                 field = facing(&turned, direction)?;
                 scaling = scaling.with(direction, alpha)?;
@@ -67,24 +67,24 @@ impl FineTuneSurface {
         given: &Field<Vector>,
         alpha: Alpha,
         direction: Direction,
-        continuity: u8,
         report: &mut SurfaceReport,
     ) -> Result<Alpha> {
-        let level = usize::from(continuity);
-        let part = |direction: Direction| self.region[index(direction)].is_some();
-        // A closed direction has no ends; a region has two, and so has a whole open surface.
-        let ends = part(direction) || (self.region == [None; 2] && !given.space(Direction::U).is_periodic());
         let exact = self.ends[index(direction)] == Ends::Exact;
         let net = matches!(alpha, Alpha::Net(_));
         let (lines, sides) = (alpha.along().degree(), alpha.across().map_or(0, Space::degree));
         // Of α of a low degree there are no derivatives that could differ.
-        let columns = if net && part(across(direction)) { (level + 1).min(sides + 1) } else { 0 };
+        let beside = |join: Option<u8>| join.map_or(0, |level| (usize::from(level) + 1).min(sides + 1));
+        let columns = if net { self.joins(across(direction)).map(beside) } else { [0; 2] };
         if !exact {
             // Free ends of a part that reaches from end to end: its sides stay all the same.
-            return if columns > 0 { one_at_sides(alpha, columns) } else { Ok(alpha) };
+            return if columns == [0; 2] { Ok(alpha) } else { one_at_sides(alpha, columns) };
         }
         let edges = Edges {
-            rows: if ends { level.min(lines + 1) } else { 0 },
+            rows: if given.space(Direction::U).is_periodic() {
+                [0; 2]
+            } else {
+                self.levels(direction).map(|level| level.min(lines + 1))
+            },
             columns,
             pins: self.pinned.iter().filter(|pin| pin.direction == direction).collect(),
             solver: &self.solver,
@@ -97,7 +97,12 @@ impl FineTuneSurface {
         Ok(alpha)
     }
 
-    /// One direction scaled, and its ends matched where a similarity is asked for.
+    /// How many derivatives stay at either end of a direction with exact ends.
+    fn levels(&self, direction: Direction) -> [usize; 2] {
+        self.joins(direction).map(|join| usize::from(join.or(self.continuity).unwrap_or(0)))
+    }
+
+    /// One direction scaled, and its lines turned and scaled where that is to keep their ends.
     fn step(
         &self,
         given: &Field<Vector>,
@@ -126,10 +131,10 @@ impl FineTuneSurface {
 }
 
 /// α with its outermost columns 1.
-fn one_at_sides(alpha: Alpha, columns: usize) -> Result<Alpha> {
+fn one_at_sides(alpha: Alpha, columns: [usize; 2]) -> Result<Alpha> {
     let alpha = alpha.clamped(false, true)?;
     let width = alpha.columns();
-    let edge = |j: usize| j < columns || j + columns >= width;
+    let edge = |j: usize| j < columns[0] || j + columns[1] >= width;
     let each = alpha.values().iter().enumerate().map(|(k, c)| if edge(k % width) { 1.0 } else { *c });
     alpha.with(each.collect())
 }

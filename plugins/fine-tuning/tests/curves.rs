@@ -26,7 +26,7 @@ impl Lcg {
 }
 
 /// A curve of degree 1 to 7 and 13: clamped, floating or periodic, knots graded and repeated up to corners, plane or not, of any size.
-fn any_curve(seed: u64) -> Curve {
+pub(crate) fn any_curve(seed: u64) -> Curve {
     let mut random = Lcg(seed);
     (0..9).for_each(|_| {
         random.next();
@@ -80,18 +80,18 @@ fn any_curve(seed: u64) -> Curve {
 }
 
 /// α that is positive and no pattern.
-fn any_alpha(curve: &Curve, seed: u64) -> Function<f64> {
+pub(crate) fn any_alpha(curve: &Curve, seed: u64) -> Function<f64> {
     let mut random = Lcg(seed.wrapping_add(77));
     let n = alpha_space(curve).unwrap().len();
     alpha_of(curve, (0..n).map(|_| 0.4 + 1.4 * random.next()).collect()).unwrap()
 }
 
-fn size(curve: &Curve) -> f64 {
+pub(crate) fn size(curve: &Curve) -> f64 {
     curve.points().iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()))
 }
 
 /// Places inside the spans of a curve.
-fn places(curve: &Curve) -> Vec<f64> {
+pub(crate) fn places(curve: &Curve) -> Vec<f64> {
     let breakpoints = curve.space().breakpoints();
     breakpoints.windows(2).flat_map(|w| [0.11, 0.5, 0.87].map(|s| w[0] + s * (w[1] - w[0]))).collect()
 }

@@ -2,6 +2,7 @@
 
 mod bends;
 mod curves;
+mod motions;
 mod numbers;
 mod operation;
 mod positive;

@@ -249,6 +249,11 @@ fn what_is_wrong_is_said_with_its_place() {
     let error =
         fails(json!({ "object": "wave", "alpha": { "degree": 1, "knots": [0, 0, 1, 1], "values": [1, 1] } }));
     assert!(error.contains("[0, 1]") && error.contains("[0, 11]"), "{error}");
+    let error = fails(json!({ "object": "wave", "alpha": 1.0, "alpha_at": [{ "at": 4.0, "to": -1.0 }] }));
+    assert!(error.contains("step[0].alpha_at[0].to") && error.contains("-1 is not positive"), "{error}");
+    let one = json!({ "degree": 0, "knots": [0, 11], "values": [1.3] });
+    let error = fails(json!({ "object": "wave", "alpha": one }));
+    assert!(error.contains("2 equations, and α has 1 value where it needs at least 3"), "{error}");
     let error = fails(json!({ "object": "wave", "alpha": 1.0, "ends": "exactly" }));
     assert!(error.contains("exact"), "{error}");
     let error = fails(json!({ "object": "wave", "alpha": 1.0, "continuity": 3 }));
@@ -262,7 +267,6 @@ fn what_is_wrong_is_said_with_its_place() {
     assert!(error.contains("curve alone"), "{error}");
 }
 
-/// The edges of a polyline and of a mesh are springs.
 /// α of any size: ends are kept to its rounding, and huge ones are refused, for they would leave nothing else.
 #[test]
 fn alpha_of_any_size() {
@@ -278,6 +282,7 @@ fn alpha_of_any_size() {
     assert!(error.contains("as large as 1e300") && error.contains("\"free\""), "{error}");
 }
 
+/// The edges of a polyline and of a mesh are springs.
 #[test]
 fn springs_in_recipes() {
     let points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Point::new(x, y, 0.0));

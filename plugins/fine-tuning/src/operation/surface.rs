@@ -8,7 +8,7 @@ use loftsman_kernel::spline::algebra::{Field as Net, Function};
 use loftsman_kernel::spline::{Direction, Surface};
 use loftsman_kernel::text::figure;
 
-use super::{check_solved, continuity, ends_of_both, function, places, short, space};
+use super::{alpha_there, check_solved, continuity, ends_of_both, function, places, short, space};
 use crate::{Ends, FineTuneSurface, Scaling, SurfaceReport, surface_alpha_of, surface_alpha_spaces};
 
 /// The tuned surface, and what is told of it.
@@ -50,7 +50,7 @@ pub(super) fn tuned(
         let [u, v] = place.numbers("at")?[..] else {
             return Err(place.error("at", "a place [u, v] on the surface is needed").into());
         };
-        tune = tune.alpha_at(direction, (u, v), place.number("to")?);
+        tune = tune.alpha_at(direction, (u, v), alpha_there(parameters, &place)?);
     }
     for (direction, (a, b)) in region(parameters)? {
         tune = tune.between(direction, a, b);

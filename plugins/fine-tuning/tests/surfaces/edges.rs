@@ -86,9 +86,9 @@ fn exact_edges_by_one_function() {
     assert!(distance(&wild, same.surface()) <= 1e-13 * size(&wild));
 }
 
-/// One similarity where all lines want the same: a cone from its tip, and a strip of straight lines; elsewhere refused.
+/// One rotation and scale where all lines want the same: a cone from its tip, and a strip of straight lines; elsewhere refused.
 #[test]
-fn edges_kept_by_a_similarity() {
+fn edges_kept_by_one_turn_and_scale() {
     let (u, v) = (Space::clamped_uniform(3, 7).unwrap(), Space::clamped_uniform(3, 6).unwrap());
     let at = |i: u32, j: u32| {
         let (r, a) = (f64::from(i) + 0.1 * f64::from(i * i), 0.3 * f64::from(j));
@@ -129,15 +129,17 @@ fn the_change_of_alpha_is_least() {
         let mut tuned = || {
             let asked = any_net(&surface, [many.min(40), 3], [1, 1], &mut random);
             let tuning = FineTuneSurface::new(&surface, Scaling::along(U, asked.clone())).any_sign();
-            let Scaling::Along { alpha, .. } = tuning.solve().unwrap().scaling().clone() else {
-                panic!("another scaling")
-            };
-            (asked, alpha)
+            let tuned = tuning.solve().unwrap();
+            let Scaling::Along { alpha, .. } = tuned.scaling().clone() else { panic!("another scaling") };
+            (asked, alpha, tuned.report().solved[0].as_ref().map_or(1.0, |solved| solved.condition))
         };
-        let ((asked, found), (_, other)) = (tuned(), tuned());
+        let ((asked, found, condition), (_, other, _)) = (tuned(), tuned());
         let (change, way) = (found.plus(-1.0, &asked).unwrap(), other.plus(-1.0, &found).unwrap());
         let lengths = (inner(&change, &change) * inner(&way, &way)).sqrt();
-        assert!(inner(&change, &way).abs() <= 1e-9 * lengths, "{case}");
+        let cosine = inner(&change, &way) / lengths;
+        // What equations leave of rounding their multipliers make as much larger as these are ill-conditioned.
+        let rounding = f64::EPSILON * condition;
+        assert!(cosine.abs() <= rounding.max(1e-9), "{case}: {cosine:e}, condition {condition:e}");
     }
 }
 

@@ -61,10 +61,10 @@ pub(crate) fn any_space(degree: usize, random: &mut Lcg) -> Space {
     }
 }
 
-/// A surface of degrees 1 to 5, of any size, plane or not, with a pole now and then.
+/// A surface of degrees 1 to 7, of any size, plane or not, with a pole now and then.
 pub(crate) fn any_surface(seed: u64) -> Surface {
     let mut random = Lcg::new(seed);
-    let (p, q) = (1 + random.below(5), 1 + random.below(5));
+    let (p, q) = (1 + random.below(7), 1 + random.below(7));
     let (u, v) = (any_space(p, &mut random), any_space(q, &mut random));
     shaped(u, v, &mut random)
 }

@@ -203,3 +203,64 @@ fn a_whole_period() {
     }
     assert!(done >= 3, "{done}");
 }
+
+/// A part that reaches an edge of the surface joins nothing there: α is no more held there than that of the whole surface, so that it changes less; asked for,
+/// derivatives stay there, too, also along all of a direction.
+#[test]
+fn at_the_edges_of_the_surface_nothing_joins() {
+    let mut lower = 0;
+    for case in 0..30 {
+        let mut random = Lcg::new(case + 900);
+        let (p, q) = (2 + random.below(3), 1 + random.below(3));
+        let (u, v) = (Space::clamped_uniform(p, p + 4).unwrap(), Space::clamped_uniform(q, q + 3).unwrap());
+        let surface = shaped(u, v, &mut random);
+        let (a, b) = surface.u().domain();
+        let (c, d) = surface.v().domain();
+        let (to, side) = (a + 0.7 * (b - a), c + 0.6 * (d - c));
+        let patch = surface.between(U, a, to).unwrap().between(V, c, side).unwrap();
+        let many = (3 * (q + 1) * (patch.v().breakpoints().len() - 1)).min(36) + 8;
+        let alpha = any_net(&patch, [many, 9], [3, 3], &mut random);
+        let part = FineTuneSurface::new(&surface, Scaling::along(U, alpha.clone()));
+        let part = part.between(U, a, to).between(V, c, side).any_sign();
+        let (Ok(own), Ok(held)) = (part.clone().solve(), part.continuity(2).solve()) else { continue };
+        let Scaling::Along { alpha: found, .. } = own.scaling() else { panic!("another scaling") };
+        let Scaling::Along { alpha: kept, .. } = held.scaling() else { panic!("another scaling") };
+        // Where it joins the rest α is 1 with slopes 0, and not where it does not; held it is there, too.
+        for s in [0.1, 0.35, 0.8] {
+            let (x, y) = (a + s * (to - a), c + s * (side - c));
+            for (at, joins) in [((a, y), false), ((to, y), true), ((x, c), false), ((x, side), true)] {
+                let is_one = |alpha: &Field<f64>| (alpha.value(at.0, at.1).unwrap() - 1.0).abs() < 1e-10;
+                assert!(is_one(kept) && (!joins || is_one(found)), "{case} {at:?}");
+            }
+        }
+        assert!((found.value(a, c + 0.5 * (side - c)).unwrap() - 1.0).abs() > 1e-6, "{case}");
+        let [less, more] = [&own, &held].map(|tuned| tuned.report().change[0]);
+        assert!(less < more, "{case}: {less} {more}");
+        lower += 1;
+        // Edges stay, and outside nothing moves.
+        let whole = raised(&surface, own.surface());
+        for k in 0..=20 {
+            let v = c + (d - c) * f64::from(k) / 20.0;
+            for u in [a, to, b] {
+                let off = own.surface().point(u, v).unwrap() - surface.point(u, v).unwrap();
+                assert!(off.norm() <= 1e-11 * size(&surface), "{case}: {u} {v} {:e}", off.norm());
+            }
+            if v > side {
+                let u = a + (b - a) * f64::from(k) / 20.0;
+                assert_eq!(own.surface().point(u, v).unwrap(), whole.point(u, v).unwrap(), "{case}: {u} {v}");
+            }
+        }
+        // All of a direction by [], derivatives held at its ends when that is asked for.
+        let strip = surface.between(V, c, side).unwrap();
+        let alpha = any_net(&strip, [many, 9], [3, 3], &mut random);
+        let tuning = FineTuneSurface::new(&surface, Scaling::along(U, alpha)).between(V, c, side).any_sign();
+        if let Ok(tuned) = tuning.continuity(2).solve() {
+            let Scaling::Along { alpha, .. } = tuned.scaling() else { panic!("another scaling") };
+            for u in [a, b] {
+                let value = alpha.value(u, c + 0.4 * (side - c)).unwrap();
+                assert!((value - 1.0).abs() < 1e-10, "{case}: {value}");
+            }
+        }
+    }
+    assert!(lower >= 20, "{lower}");
+}

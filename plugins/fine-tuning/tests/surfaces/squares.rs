@@ -86,7 +86,7 @@ fn energy(given: &Surface, tuned: &Surface, alpha: &Field<f64>) -> f64 {
 #[test]
 fn least_squares_are_least() {
     let mut done = 0;
-    for case in 0..60 {
+    for case in 0..120 {
         let (surface, mut random) = (any_surface(case), Lcg::new(case + 6000));
         if surface.u().degree() > 3 || surface.v().degree() > 3 {
             continue;
