@@ -83,3 +83,19 @@ impl Carried {
         to.more_uvs = sets.collect();
     }
 }
+
+/// What belongs to the faces and corners of a mesh that `what` it becomes has no place for, for a report: nothing where there is nothing.
+pub(crate) fn left_behind(mesh: &Mesh, what: &str) -> String {
+    let several = mesh.materials.iter().any(|material| Some(material) != mesh.materials.first());
+    let named = [
+        (several, "materials of single faces (all have the first now)"),
+        (!mesh.groups.is_empty(), "groups"),
+        (!(mesh.uvs.is_empty() && mesh.more_uvs.is_empty()), "texture coordinates"),
+        (!mesh.colors.is_empty(), "colours"),
+    ];
+    let named: Vec<&str> = named.into_iter().filter(|(is, _)| *is).map(|(_, name)| name).collect();
+    if named.is_empty() {
+        return String::new();
+    }
+    format!("; left out, for which {what} has no place: {}", named.join(", "))
+}

@@ -33,6 +33,7 @@ mod frame;
 mod leading;
 mod natural;
 mod operation;
+mod own;
 mod part;
 mod patches;
 mod polygon;

@@ -1,5 +1,7 @@
 //! `subdivide`: meshes and polylines refined, in recipes.
 
+mod cage;
+
 use loftsman_kernel::error::Error;
 use loftsman_kernel::mesh::{Layer, Mesh, Polyline};
 use loftsman_kernel::plugin::{
@@ -8,12 +10,12 @@ use loftsman_kernel::plugin::{
 };
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::Shape;
-use loftsman_kernel::text::figure;
-use loftsman_kernel::text::short;
+use loftsman_kernel::text::{a, counted as several, figure, short};
 use loftsman_kernel::{Point, Vector};
 
-use crate::carry::Carried;
+use crate::carry::{Carried, left_behind};
 use crate::doo_sabin::DooSabinSurface;
+use crate::own::surface;
 use crate::said::Once;
 use crate::together::{advised, coincident, together};
 use crate::used::used;
@@ -22,7 +24,6 @@ use crate::{
     BoundaryRule, Cage, LeftOut, LimitFrame, Polygon, Scheme, SubdivisionError, SubdivisionSurface,
     catmull_clark, doo_sabin,
 };
-use loftsman_kernel::text::counted as several;
 
 /// The operation `subdivide`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -45,14 +46,24 @@ fn told(left: crate::Result<LeftOut>, round: &str) -> String {
 const MOST: f64 = 2e7;
 
 const FIELDS: [Field; 13] = [
-    Field::optional("object", "text", "the only mesh or polyline", "the object to subdivide"),
+    Field::optional(
+        "object",
+        "text",
+        "the only mesh, polyline or subdivision surface",
+        "the object to subdivide",
+    ),
     Field::optional(
         "scheme",
         "\"catmull-clark\" | \"doo-sabin\" | \"cubic\" | \"chaikin\"",
         "catmull-clark for meshes, cubic for polylines",
         "the first two refine meshes, the others polylines",
     ),
-    Field::optional("levels", "count", "1", "how often it is refined"),
+    Field::optional(
+        "levels",
+        "count",
+        "1",
+        "how often it is refined; 0 of a subdivision surface is its cage",
+    ),
     Field::optional(
         "limit",
         "true | false",
@@ -117,7 +128,7 @@ impl Operation for Subdivide {
     fn declaration(&self) -> Declaration {
         Declaration {
             name: "subdivide",
-            help: "refine a mesh or a polyline by a subdivision scheme",
+            help: "refine a mesh or a polyline by a subdivision scheme; of a subdivision surface, its cage as a mesh",
             fields: &FIELDS,
         }
     }
@@ -128,17 +139,23 @@ impl Operation for Subdivide {
         parameters: &Parameters,
         _: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
-        let fits = |g: &Geometry| matches!(g, Geometry::Mesh(_) | Geometry::Polyline(_));
-        let object = object_name(scene, parameters, fits, "mesh or polyline")?;
+        let fits =
+            |g: &Geometry| matches!(g, Geometry::Mesh(_) | Geometry::Polyline(_)) || surface(g).is_some();
+        let object = object_name(scene, parameters, fits, "mesh, polyline or subdivision surface")?;
         let levels = parameters.count_or("levels", 1)?;
         let (geometry, note) = match scene.object(&object)?.geometry() {
             Geometry::Mesh(mesh) => self::mesh(parameters, mesh, levels)?,
             Geometry::Polyline(line) => polyline(parameters, line, levels)?,
-            other => {
-                let problem =
-                    format!("\"{object}\" is a {}: what is subdivided is a mesh or a polyline", other.kind());
-                return Err(parameters.error("object", problem).into());
-            }
+            other => match surface(other) {
+                Some(own) => cage::meshed(parameters, &own, levels)?,
+                None => {
+                    let problem = format!(
+                        "\"{object}\" is {}: what is subdivided is a mesh, a polyline or a subdivision surface",
+                        a(&other.noun())
+                    );
+                    return Err(parameters.error("object", problem).into());
+                }
+            },
         };
         scene.replace(&object, geometry)?;
         Ok(StepReport {
@@ -237,15 +254,19 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
         let surface = SubdivisionSurface::new(cage)?;
         let left = told(surface.left_out(), "vertices");
         let (points, faces) = (mesh.points().len(), mesh.face_count());
-        // What is no quad counts one for each corner.
+        // What is no quad counts one for each corner, and a hole none.
         let own = surface.faces().unwrap_or(faces);
-        let counted = if own == faces {
-            String::new()
-        } else {
-            format!(" (faces that are no quads count once a corner: the surface has {own})")
+        let holes = (0..faces).filter(|&face| surface.cage().is_hole(face)).count();
+        let counted = match (own + holes == faces, holes) {
+            (true, 0) => String::new(),
+            (true, _) => format!(" (without holes the surface has {own})"),
+            (false, _) => {
+                format!(" (faces that are no quads count once a corner: the surface has {own})")
+            }
         };
+        let behind = left_behind(mesh, "a surface");
         let note = format!(
-            "{points} points and {} the cage of a surface now{counted}; {left}{pairs}",
+            "{points} points and {} the cage of a surface now{counted}; {left}{behind}{pairs}",
             several(faces, "face[ is|s are]")
         );
         return Ok((surface.into(), note));
@@ -274,8 +295,13 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
                        give it a row of faces more, or leave limit out";
         return Err(parameters.error("limit", problem).into());
     }
+    let behind = match smooth {
+        true if mesh.colors.is_empty() => String::new(),
+        true => "; its colours are left out".to_owned(),
+        false => left_behind(mesh, "a refinement whose faces come of edges and vertices, too,"),
+    };
     let note = format!(
-        "{} and {} → {} and {}{}{strain}{pairs}",
+        "{} and {} → {} and {}{}{strain}{behind}{pairs}",
         several(points, "point[|s]"),
         several(faces, "face[|s]"),
         fine.points().len(),
@@ -300,8 +326,9 @@ fn by_doo_sabin_surface(
     let surface = DooSabinSurface::new(cage)?;
     let faces = surface.faces().unwrap_or_default();
     let left = told(surface.left_out(), "points");
+    let behind = left_behind(mesh, "a surface");
     let note = format!(
-        "{} points and {} the cage of a surface now, of {} (one for each corner inside); {left}{pairs}",
+        "{} points and {} the cage of a surface now, of {} (one for each corner inside); {left}{behind}{pairs}",
         mesh.points().len(),
         several(mesh.face_count(), "face[ is|s are]"),
         several(faces, "face[|s]")
@@ -407,20 +434,22 @@ fn cage(parameters: &Parameters, mesh: &Mesh, smooth: bool) -> Result<Cage, Oper
     }
     let said = |error: SubdivisionError, name: &str| parameters.error(name, error.to_string());
     let mut once = Once::new("sharpness");
-    for [from, to, sharpness] in lists(parameters, "creases")? {
-        let (from, to) = (index(parameters, "creases", from)?, index(parameters, "creases", to)?);
-        once.say(&[from, to], sharpness).map_err(|error| said(error, "creases"))?;
-        cage = cage.with_crease(from, to, sharpness).map_err(|error| said(error, "creases"))?;
+    for (k, [from, to, sharpness]) in lists(parameters, "creases")?.into_iter().enumerate() {
+        let name = format!("creases[{k}]");
+        let (from, to) = (index(parameters, &name, from)?, index(parameters, &name, to)?);
+        once.say(&[from, to], sharpness).map_err(|error| said(error, &name))?;
+        cage = cage.with_crease(from, to, sharpness).map_err(|error| said(error, &name))?;
     }
-    for [vertex, sharpness] in lists(parameters, "corners")? {
-        let vertex = index(parameters, "corners", vertex)?;
-        once.say(&[vertex], sharpness).map_err(|error| said(error, "corners"))?;
-        cage = cage.with_corner(vertex, sharpness).map_err(|error| said(error, "corners"))?;
+    for (k, [vertex, sharpness]) in lists(parameters, "corners")?.into_iter().enumerate() {
+        let name = format!("corners[{k}]");
+        let vertex = index(parameters, &name, vertex)?;
+        once.say(&[vertex], sharpness).map_err(|error| said(error, &name))?;
+        cage = cage.with_corner(vertex, sharpness).map_err(|error| said(error, &name))?;
     }
     let mut once = Once::new("interval");
     for (k, [from, to, interval]) in lists(parameters, "intervals")?.into_iter().enumerate() {
-        let (from, to) = (index(parameters, "intervals", from)?, index(parameters, "intervals", to)?);
         let name = format!("intervals[{k}]");
+        let (from, to) = (index(parameters, &name, from)?, index(parameters, &name, to)?);
         if smooth {
             once.say(&[from, to], interval).map_err(|error| said(error, &name))?;
             cage = cage.with_interval(from, to, interval).map_err(|error| said(error, &name))?;

@@ -1,19 +1,17 @@
 //! `patches`: a subdivision surface becomes bicubic splines, in recipes.
 
-use std::any::Any;
-
 use loftsman_kernel::error::Error;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, in_own_coordinates,
     object_name,
 };
 use loftsman_kernel::scene::{Geometry, Object, Scene};
-use loftsman_kernel::text::a;
+use loftsman_kernel::text::{a, counted};
 
-use crate::doo_sabin::DooSabinSurface;
-use crate::{Patches, Result as Found, SubdivisionSurface};
+use crate::own::{Own, surface};
 
-/// The operation `patches`: [`SubdivisionSurface::patches`] and [`DooSabinSurface::patches`] as objects.
+/// The operation `patches`: [`SubdivisionSurface::patches`](crate::SubdivisionSurface::patches) and
+/// [`DooSabinSurface::patches`](crate::doo_sabin::DooSabinSurface::patches) as objects.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ToPatches;
 
@@ -73,16 +71,15 @@ impl Operation for ToPatches {
         *scene = made;
         let near = scene.unit.quantity(longer * patches.deviation, 1);
         let told = match (&own, count - patches.exact) {
-            (Own::CatmullClark(_), 0) => format!("{count} bicubic surfaces, all of them exactly"),
+            (Own::CatmullClark(_), 0) => counted(count, "bicubic surface[|s], [|all ]exact"),
             (Own::CatmullClark(_), last) => {
-                format!("{count} bicubic surfaces, {} exactly, {last} within {near}", patches.exact)
+                let all = counted(count, "bicubic surface[|s]");
+                format!("{all}, {} exactly, {last} within {near}", patches.exact)
             }
-            (Own::DooSabin(_), 0) => format!("{count} biquadratic surfaces, all of them exactly"),
+            (Own::DooSabin(_), 0) => counted(count, "biquadratic surface[|s], [|all ]exact"),
             (Own::DooSabin(_), last) => {
-                format!(
-                    "{count} surfaces, {} biquadratic exactly, {last} bicubic within {near}",
-                    patches.exact
-                )
+                let all = counted(count, "surface[|s]");
+                format!("{all}, {} biquadratic exactly, {last} bicubic within {near}", patches.exact)
             }
         };
         Ok(StepReport {
@@ -92,33 +89,4 @@ impl Operation for ToPatches {
             ..StepReport::default()
         })
     }
-}
-
-/// A surface of either scheme.
-enum Own<'a> {
-    CatmullClark(&'a SubdivisionSurface),
-    DooSabin(&'a DooSabinSurface),
-}
-
-impl Own<'_> {
-    fn size(&self) -> Found<f64> {
-        match self {
-            Self::CatmullClark(surface) => surface.size(),
-            Self::DooSabin(surface) => surface.size(),
-        }
-    }
-
-    fn patches(&self, tolerance: f64) -> Found<Patches> {
-        match self {
-            Self::CatmullClark(surface) => surface.patches(tolerance),
-            Self::DooSabin(surface) => surface.patches(tolerance),
-        }
-    }
-}
-
-/// The subdivision surface that a geometry is.
-fn surface(geometry: &Geometry) -> Option<Own<'_>> {
-    let Geometry::Custom(custom) = geometry else { return None };
-    let any: &dyn Any = custom.shape().ok()?;
-    any.downcast_ref().map(Own::CatmullClark).or_else(|| any.downcast_ref().map(Own::DooSabin))
 }

@@ -225,6 +225,70 @@ fn what_belongs_to_faces_goes_on() {
     }
 }
 
+/// A surface's cage comes back as a mesh, as it was or refined by its own scheme; what a mesh has no place for is told.
+#[test]
+fn a_surface_gives_its_cage_back() {
+    for scheme in ["catmull-clark", "doo-sabin"] {
+        for (levels, limit) in [(0, false), (1, false), (2, false), (2, true)] {
+            let once = |steps: &[Value]| {
+                let mut scene = Scene::new();
+                scene.add(Object::new("cube", cube().into())).unwrap();
+                let mut notes = Vec::new();
+                for step in steps {
+                    notes = run(&mut scene, step.clone()).unwrap().notes;
+                }
+                let Geometry::Mesh(mesh) = scene.object("cube").unwrap().geometry().clone() else {
+                    panic!("a mesh")
+                };
+                (mesh, notes)
+            };
+            let fields = json!({ "levels": levels, "limit": limit });
+            let (back, notes) = once(&[json!({ "scheme": scheme, "surface": true }), fields]);
+            let expected = match levels {
+                0 => cube(),
+                _ => once(&[json!({ "scheme": scheme, "levels": levels, "limit": limit })]).0,
+            };
+            assert_eq!(back.corners(), expected.corners(), "{scheme} {levels}");
+            for (a, b) in back.points().iter().zip(expected.points()) {
+                assert!((a - b).norm() < 1e-14, "{scheme} {levels}: {a} {b}");
+            }
+            assert!(!notes[0].contains("left out"), "{notes:?}");
+        }
+    }
+    let mut scene = Scene::new();
+    scene.add(Object::new("cube", cube().into())).unwrap();
+    run(&mut scene, json!({ "surface": true, "creases": [[0, 1, 2.5]], "holes": [3] })).unwrap();
+    let error = run(&mut scene, json!({ "levels": 0, "creases": [[0, 1, 1]] })).unwrap_err().to_string();
+    assert!(error.contains("creases") && error.contains("whose cage has its own"), "{error}");
+    let notes = run(&mut scene, json!({ "levels": 0 })).unwrap().notes;
+    assert!(notes[0].contains("no place: creases, holes"), "{notes:?}");
+}
+
+/// What a surface, or Doo and Sabin's refinement, has no place for is told.
+#[test]
+fn what_is_left_behind_is_told() {
+    let mut painted = cube();
+    painted.materials = vec![0, 1, 1, 1, 0, 1];
+    painted.groups.push(FaceGroup { name: "top".into(), faces: vec![1, 4] });
+    for fields in [
+        json!({ "surface": true }),
+        json!({ "scheme": "doo-sabin", "surface": true }),
+        json!({ "scheme": "doo-sabin" }),
+    ] {
+        let note = |mesh: Mesh| {
+            let mut scene = Scene::new();
+            scene.add(Object::new("cube", mesh.into())).unwrap();
+            run(&mut scene, fields.clone()).unwrap().notes.join(" ")
+        };
+        let told = note(painted.clone());
+        assert!(
+            told.contains("no place: materials of single faces (all have the first now), groups"),
+            "{told}"
+        );
+        assert!(!note(cube()).contains("no place"), "{fields}");
+    }
+}
+
 #[test]
 fn polylines() {
     let Geometry::Polyline(line) = done(json!({ "object": "loop", "scheme": "chaikin" })) else {
@@ -294,10 +358,10 @@ fn what_is_wrong_is_said_with_its_place() {
         (json!({ "object": "loop", "scheme": "doo-sabin" }), "meshes"),
         (json!({ "object": "cube", "levels": 40 }), "take fewer"),
         (json!({ "object": "loop", "levels": 60 }), "take fewer"),
-        (json!({ "object": "cube", "creases": [[0, 7, 1]] }), "creases"),
+        (json!({ "object": "cube", "creases": [[0, 1, 2], [0, 7, 1]] }), "creases[1]"),
         (json!({ "object": "cube", "creases": [[0, 1]] }), "creases[0]"),
         (json!({ "object": "cube", "creases": [[0, 1, -2]] }), "between vertices 0 and 1"),
-        (json!({ "object": "cube", "corners": [[9, 1]] }), "9"),
+        (json!({ "object": "cube", "corners": [[0, 1], [9, 1]] }), "corners[1]"),
         (json!({ "object": "cube", "corners": [[0.5, 1]] }), "0.5"),
         (json!({ "object": "cube", "holes": [6] }), "6"),
         (json!({ "object": "loop", "creases": [[0, 1, 1]] }), "for meshes"),

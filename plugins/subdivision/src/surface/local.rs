@@ -105,11 +105,6 @@ impl Local {
         Ok(Self { width: self.width, rows, ..small })
     }
 
-    /// The number of vertices that rows are over.
-    pub(super) fn width(&self) -> usize {
-        self.width
-    }
-
     /// The count of all numbers that it holds, about.
     pub(super) fn numbers(&self) -> usize {
         // What is said of a vertex and of its edges and faces is some forty numbers.

@@ -16,10 +16,10 @@ use crate::error::Result;
 use crate::part::Part;
 use crate::topology::NONE;
 
-/// Pieces over more vertices than these are not kept, so that they do not fill the memory.
-const WIDEST: usize = 256;
 /// Numbers that are kept, at most: 64 MB. What would be more takes the place of all.
 const MOST: usize = 1 << 23;
+/// A neighbourhood or a piece of more numbers than these is not kept, so that few do not take the place of all: those of a point of some 350 edges and more.
+const LARGEST: usize = MOST / 16;
 
 /// The surroundings of a face of the surface.
 #[derive(Debug)]
@@ -161,9 +161,10 @@ impl Templates {
         let (places, columns): (_, Vec<_>) = used.map(|(k, column)| (k as u32, column)).unzip();
         let bezier = columns.iter().map(bezier).collect();
         let piece = Arc::new(Piece { places, columns, bezier });
-        if piece.places.len() <= WIDEST {
+        let numbers = 33 * piece.places.len();
+        if numbers <= LARGEST {
             write(&template.pieces).insert(quadrant, Arc::clone(&piece));
-            self.add(33 * piece.places.len());
+            self.add(numbers);
         }
         Ok(Some(piece))
     }
@@ -195,7 +196,7 @@ impl Templates {
     }
 
     fn keep(&self, template: &Template, quadrant: Quadrant, local: &Arc<Local>) {
-        if local.width() <= WIDEST && !read(&template.locals).contains_key(&quadrant) {
+        if local.numbers() <= LARGEST && !read(&template.locals).contains_key(&quadrant) {
             write(&template.locals).insert(quadrant, Arc::clone(local));
             self.add(local.numbers());
         }

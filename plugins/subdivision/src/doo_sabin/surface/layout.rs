@@ -46,8 +46,8 @@ impl Layout {
         let topology = cage.topology();
         for vertex in 0..topology.vertex_count() {
             if !topology.is_boundary_vertex(vertex) && topology.around(vertex).nth(2).is_none() {
-                let problem = "has two faces and two edges, and no piece of a Doo-Sabin surface belongs to such a one: refine the cage once \
-                               (levels = 1), then it has four"
+                let problem = "has two faces and two edges, and no piece of a Doo-Sabin surface belongs to such a one: refine the mesh once by \
+                               the same scheme (scheme = \"doo-sabin\", levels = 1), then all have four"
                     .to_owned();
                 return Err(SubdivisionError::Vertex { vertex, problem });
             }
