@@ -300,9 +300,10 @@ impl<'a> Runner<'a> {
                 .map_err(locate)?;
             let place = |file: &str| recipe.resolve(file).display().to_string();
             let pointed = merge::relative(pointed, declared, place).map_err(locate)?;
-            let mut report = operation
+            let report = operation
                 .apply(&mut applied.scene, &pointed, &context)
-                .map_err(|e| step_error(recipe, number, op, parameters, e))?;
+                .map_err(|e| step_error(recipe, number, op, parameters, e));
+            let mut report = report.map_err(|error| advised(error, &applied.scene, parameters))?;
             if report.op.is_empty() {
                 report.op.clone_from(op);
             }
@@ -428,6 +429,24 @@ fn step_error(
     };
     located.cause = Some(error);
     recipe.text.locate(located).into()
+}
+
+/// The same error with a way out where an operation does not take a plug-in's shape of which another one makes splines.
+fn advised(error: Error, scene: &Scene, parameters: &Parameters) -> Error {
+    let Ok(name) = parameters.text("object") else { return error };
+    let made = match scene.get(name).map(Object::geometry) {
+        Some(Geometry::Custom(custom)) => custom.made_splines_by(),
+        _ => None,
+    };
+    match (made, error) {
+        (Some(operation), Error::Recipe(mut located))
+            if located.problem.contains(&format!("\"{name}\" is a ")) =>
+        {
+            located.problem.push_str(&format!("; {operation} makes splines of it, tessellate a mesh"));
+            Error::Recipe(located)
+        }
+        (_, error) => error,
+    }
 }
 
 #[cfg(test)]

@@ -24,6 +24,7 @@ mod pictures;
 mod placed;
 mod recipes;
 mod scenes;
+mod showpieces;
 mod solids;
 mod truncated;
 

@@ -301,3 +301,34 @@ fn edges_of_a_cage_are_curves_that_go_round_it() {
     bench.write("r.json", recipe(&steps));
     bench.fails(&["run", "r.json"], 1, &["there is no edge", "12"]);
 }
+
+/// Where an operation does not take a cage's surface its message says what makes of it what it takes.
+#[test]
+fn operations_on_cages_say_what_makes_splines_of_them() {
+    let bench = LOFTSMAN.bench();
+    let cube = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n\
+                f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    bench.write("Cube.obj", format!("o Cube\n{cube}"));
+    for step in [
+        json!({ "op": "section", "object": "Cube", "normal": [0, 0, 1], "point": [0, 0, 0.5] }),
+        json!({ "op": "isocurve", "object": "Cube", "u": 0.5 }),
+        json!({ "op": "symmetrize", "object": "Cube", "normal": [1, 0, 0] }),
+        json!({ "op": "reverse", "object": "Cube" }),
+        json!({ "op": "fine-tune", "object": "Cube", "alpha": 2 }),
+    ] {
+        let steps = json!([{ "op": "subdivide", "object": "Cube", "surface": true }, step]);
+        let recipe = json!({ "input": "Cube.obj", "output": "o.loft.json", "step": steps });
+        bench.write("r.json", recipe.to_string());
+        let error = bench.fails(&["run", "r.json"], 1, &["\"Cube\" is a ", "step[1]"]);
+        let way = "; patches makes splines of it, tessellate a mesh";
+        assert_eq!(error.trim_end().matches(way).count(), 1, "{error}");
+    }
+    // The cage comes back as quads.
+    let steps = json!([{ "op": "subdivide", "surface": true }, { "op": "subdivide", "levels": 0 }]);
+    bench.write("r.json", json!({ "input": "Cube.obj", "output": "o.obj", "step": steps }).to_string());
+    bench.done(&["run", "r.json"]);
+    let text = String::from_utf8(bench.read("o.obj")).unwrap();
+    let faces: Vec<&str> = text.lines().filter(|line| line.starts_with("f ")).collect();
+    assert_eq!(faces.len(), 6, "{text}");
+    assert!(faces.iter().all(|face| face.split(' ').count() == 5), "{text}");
+}

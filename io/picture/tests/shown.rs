@@ -372,7 +372,7 @@ fn teeth_of_a_comb_are_read_by_the_scale_bar() {
         let said = svg.split("a tooth of ").nth(1).unwrap();
         let (long, rest) = said.split_once(" is ").unwrap();
         let (per, rest) = rest.split_once('/').unwrap();
-        let largest = rest.split("the largest ").nth(1).unwrap().split('/').next().unwrap();
+        let largest = rest.split("drawn up to ").nth(1).unwrap().split('/').next().unwrap();
         assert!(svg.matches(&format!(">{long}<")).count() == 1, "the bar says {long}: {svg}");
         // `5·10⁸` and `10⁻⁹`, too.
         let plain = |words: &str| -> String {

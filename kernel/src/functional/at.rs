@@ -158,7 +158,7 @@ pub(super) fn direction(parameters: &Parameters) -> Result<Vector, ParameterErro
 pub(super) const ON_SURFACE: [Field; 2] = [
     Field::optional(
         "at",
-        "[u, v], { closest = [x, y, z] }, or on faces { face, uv }",
+        "[u, v], { closest = [x, y, z] }, or on faces { face, uv } or { vertex }",
         "this or near is needed",
         "the location, in the surface's own parameters",
     ),

@@ -96,9 +96,10 @@ pub(super) fn of_a_curve(location: Location, name: impl FnOnce() -> String) -> R
 }
 
 fn of_curves(at: Location) -> String {
+    let isocurve = if matches!(at, Location::Surface(..)) { ", or of an isocurve" } else { "" };
     format!(
         "this is asked of a curve, at one parameter, and {at} is a location on a surface; there, ask for a position, a derivative or the \
-         normal, or of an isocurve"
+         normal{isocurve}"
     )
 }
 

@@ -164,6 +164,11 @@ impl CustomShape {
         kind.splines(shape)
     }
 
+    /// The operation that makes splines of it within a tolerance; `None` where there is none, or its plug-in is not here.
+    pub fn made_splines_by(&self) -> Option<&'static str> {
+        self.known().ok().and_then(|(kind, _)| kind.made_splines_by())
+    }
+
     /// Why a format that knows splines only leaves it out, where it is none exactly: `STEP has no subdivision, and this one is no splines
     /// exactly: the operation "patches" makes some of it`.
     pub fn without_splines(&self, format: &str) -> String {

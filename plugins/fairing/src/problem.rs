@@ -383,6 +383,13 @@ impl<'a, S: Shape + Clone> Problem<'a, S> {
         let kept: Vec<SmoothKnot> = stage.asked.smooth_knots().collect();
         let mut notes = notes(self.fair.shape.as_shape(), &self.squares, least.ways, &kept);
         notes.extend(smooth.notes());
+        // Within a distance the search ends at a thousandth of the energy, which is more than rounding.
+        if self.fair.within.is_some() && search.gap > 1e-6 {
+            notes.push(format!(
+                "its energy is at most {} % above the least that there is within that distance",
+                figure(100.0 * search.gap)
+            ));
+        }
         let moved = || x.iter().zip(&self.rest).map(|(a, b)| (a - b).norm());
         let nearest = &stage.nearest;
         let report = FairReport {

@@ -2,7 +2,7 @@
 
 use loftsman_kernel::error::Figure;
 use loftsman_kernel::plugin::OperationError;
-use loftsman_kernel::text::{figure, short};
+use loftsman_kernel::text::{counted, figure, short};
 
 /// The result of a fit.
 pub type Result<T, E = FitError> = std::result::Result<T, E>;
@@ -75,10 +75,18 @@ pub enum FitError {
         /// Where the domain ends.
         end: f64,
     },
-    /// Weights that do not fit or are not positive.
+    /// Too few weights, or too many.
+    #[error("{} for {}: give one positive, finite weight a point", counted(*.found, "weight[|s]"), counted(*.points, "point[|s]"))]
+    Weights {
+        /// How many there are.
+        found: usize,
+        /// How many there should be.
+        points: usize,
+    },
+    /// A weight that is not positive.
     #[error("weight {index} is {}: give one positive, finite weight a point", Figure(*.value))]
     Weight {
-        /// Its index (or how many there are, where the count is wrong).
+        /// Its index.
         index: usize,
         /// Its value.
         value: f64,

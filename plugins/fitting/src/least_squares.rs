@@ -222,7 +222,7 @@ impl Request<'_> {
 /// Whether there is one positive, finite weight a point.
 pub(crate) fn check_weights(weights: &[f64], points: usize) -> Result<()> {
     if weights.len() != points {
-        return Err(FitError::Weight { index: weights.len(), value: f64::NAN });
+        return Err(FitError::Weights { found: weights.len(), points });
     }
     match weights.iter().enumerate().find(|(_, w)| !(w.is_finite() && **w > 0.0)) {
         Some((index, &value)) => Err(FitError::Weight { index, value }),

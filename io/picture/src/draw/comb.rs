@@ -207,10 +207,10 @@ impl Combing {
                 let (value, bar) = legend::bar(sheet.layout.scale / size);
                 let per = text::number(bar / (self.measure.scale * sheet.layout.scale * size));
                 let long = legend::long(value, unit);
-                let words = format!("curvature: a tooth of {long} is {per}/{one}, the largest {most}/{one}");
+                let words = format!("curvature: a tooth of {long} is {per}/{one}, drawn up to {most}/{one}");
                 sheet.caption.explain_once(Sample::Comb(color), words);
             } else if !sheet.caption.legend.iter().any(|(sample, _)| matches!(sample, Sample::Comb(_))) {
-                sheet.caption.explain_once(Sample::Comb(color), format!("curvature, at most {most}/{one}"));
+                sheet.caption.explain_once(Sample::Comb(color), format!("curvature, drawn up to {most}/{one}"));
             }
             if any_cut {
                 sheet

@@ -259,7 +259,9 @@ impl Painting {
                 2 => (which.name(), format!("1/{one}²")),
                 _ => (which.name(), format!("1/{one}")),
             },
-            Faces::Deviation => ("distance from before", one.into_owned()),
+            Faces::Deviation => {
+                ("distance from before", if unit == Unit::Unknown { unit.symbol() } else { one }.into_owned())
+            }
         };
         let values = || self.bodies.iter().flat_map(|body| &body.values).copied();
         let Some(range) = values().map(|v| (v, v)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else {

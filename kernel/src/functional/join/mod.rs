@@ -110,7 +110,7 @@ impl fmt::Display for Edge {
 }
 
 /// So many edges an error lists.
-const LISTED: usize = 12;
+const LISTED: usize = 48;
 
 const EDGES: [(&str, Edge); 4] =
     [("u0", Edge::UStart), ("u1", Edge::UEnd), ("v0", Edge::VStart), ("v1", Edge::VEnd)];

@@ -17,6 +17,7 @@ use super::step::{COARSE, Held, Metric, SMALL};
 use super::weight::weighed;
 use super::{CloudFit, CloudFitted, CloudReport};
 use crate::error::{FitError, Result};
+use crate::least_squares::check_weights;
 
 /// How much feet are held back: at first, at least, and how fast that changes.
 const FIRST: f64 = 0.1;
@@ -420,13 +421,7 @@ fn checked<S>(asked: &CloudFit<S>, points: &[Point]) -> Result<Vec<f64>> {
     let Some(weights) = &asked.weights else {
         return Ok(vec![1.0 / points.len() as f64; points.len()]);
     };
-    if weights.len() != points.len() {
-        let (index, value) = (weights.len(), f64::NAN);
-        return Err(FitError::Weight { index, value });
-    }
-    if let Some(index) = weights.iter().position(|w| !(*w > 0.0 && w.is_finite())) {
-        return Err(FitError::Weight { index, value: weights[index] });
-    }
+    check_weights(weights, points.len())?;
     let largest = weights.iter().fold(0.0_f64, |m, w| m.max(*w));
     let sum: f64 = weights.iter().map(|w| w / largest).sum();
     Ok(weights.iter().map(|w| w / largest / sum).collect())
