@@ -10,8 +10,8 @@ use loftsman_kernel::shape::{Chart, Derivative, Location, Shape, cells_of};
 use loftsman_kernel::space::Space;
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Point, Vector};
-use loftsman_subdivision::catmull_clark::{limit_points, refine, refine_times};
-use loftsman_subdivision::{Cage, SubdivisionSurface};
+use loftsman_subdivision::SubdivisionSurface;
+use loftsman_subdivision::catmull_clark::refine;
 
 fn area_of(surface: &dyn Shape) -> f64 {
     let mut out = [0.0];
@@ -25,40 +25,6 @@ fn at(surface: &dyn Shape, vertex: u32, by: [usize; 2]) -> Vector {
 
 fn value(surface: &dyn Shape, at: Location, by: [usize; 2]) -> Vector {
     surface.value(at, Derivative::from(by)).unwrap()
-}
-
-/// Area and volume of the triangles between limits after so many levels.
-fn by_triangles(cage: &Cage, levels: usize) -> (f64, f64) {
-    let fine = refine_times(cage, levels).unwrap();
-    let points = limit_points(&fine).unwrap();
-    let (mut area, mut volume) = (0.0, 0.0);
-    for face in 0..fine.topology().face_count() {
-        let p: Vec<Vector> = fine.topology().face(face).iter().map(|&v| points[v as usize].coords).collect();
-        for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
-            area += 0.5 * (p[b] - p[a]).cross(&(p[c] - p[a])).norm();
-            volume += p[a].dot(&p[b].cross(&p[c])) / 6.0;
-        }
-    }
-    (area, volume)
-}
-
-#[test]
-fn area_and_volume_are_those_of_the_limit() {
-    for (name, cage) in [
-        ("cube", crate::shapes::cube()),
-        ("tetrahedron", crate::shapes::tetrahedron()),
-        ("double fan of 5", crate::shapes::double_fan(5, 0.1)),
-        ("creased cube", crate::shapes::cube().with_crease(4, 5, 1.5).unwrap()),
-    ] {
-        // Triangles err by the square of their size: two levels give the limit.
-        let ((a, v), (b, w)) = (by_triangles(&cage, 5), by_triangles(&cage, 6));
-        let (area, volume) = (b + (b - a) / 3.0, w + (w - v) / 3.0);
-        let surface = SubdivisionSurface::new(cage).unwrap();
-        let own = (area_of(&surface), volume_of(&surface).unwrap());
-        let off = ((own.0 / area - 1.0).abs(), (own.1 / volume - 1.0).abs());
-        println!("{name}: area {} off {:.1e}, volume {} off {:.1e}", own.0, off.0, own.1, off.1);
-        assert!(off.0 < 1e-3 && off.1 < 1e-3, "{name}: {own:?} {area} {volume}");
-    }
 }
 
 #[test]
@@ -150,7 +116,6 @@ fn fair_interpolation() {
         energy(&|k| points[k].coords)
     };
     let (a, b, c) = (of(fair.shape()), of(least.shape()), energy(&|k| best[k]));
-    println!("energy {a} fair, {c} of the dense optimum, {b} of the least change");
     assert!((a - c).abs() < 1e-10 * c && a < b, "{a} {b} {c}");
     let off = |k: usize| (fair.shape().control_vertices()[k].coords - best[k]).norm();
     let off = (0..n).map(off).fold(0.0, f64::max);
@@ -252,24 +217,6 @@ fn solved(mut rows: Vec<Vec<f64>>) -> Vec<Vector> {
     (0..n).map(|k| Vector::new(rows[k][n], rows[k][n + 1], rows[k][n + 2]) / rows[k][k]).collect()
 }
 
-#[test]
-fn dragging_costs_what_is_touched() {
-    let surface = SubdivisionSurface::new(crate::shapes::grid(101, 101, [false, false], 0.1)).unwrap();
-    let mut session = Edit::new(&surface)
-        .handle(position(Location::Vertex(5000)))
-        .prepare(loftsman_kernel::solve::Adjoint)
-        .unwrap();
-    let from = Point::from(at(&surface, 5000, [0, 0]));
-    let start = std::time::Instant::now();
-    let count = 10_000;
-    for k in 0..count {
-        session.to_point(from + Vector::z() * f64::from(k) * 1e-4).unwrap();
-    }
-    println!("{:.2} µs an event", start.elapsed().as_secs_f64() * 1e6 / f64::from(count));
-    let end = from + Vector::z() * f64::from(count - 1) * 1e-4;
-    assert!((at(session.shape(), 5000, [0, 0]) - end.coords).norm() < 1e-12);
-}
-
 /// A torus as a cage and as the kernel's periodic bicubic surface.
 #[test]
 fn a_grid_is_the_kernels_spline() {
@@ -332,33 +279,4 @@ fn symmetry_holds_beside_a_move() {
     let mirrored = Vector::new(1.0 - wanted.x, wanted.y, wanted.z);
     assert!((at(after, 7, [0, 0]) - wanted).norm() < 1e-12);
     assert!((at(after, 6, [0, 0]) - mirrored).norm() < 1e-12);
-}
-
-/// What a row costs, on regular faces and on others, and all cells of a large cage.
-#[test]
-fn rows_cost_what_is_near() {
-    let grid = SubdivisionSurface::new(crate::shapes::grid(101, 101, [false, false], 0.1)).unwrap();
-    let fan = SubdivisionSurface::new(refine(&crate::shapes::double_fan(7, 0.1)).unwrap()).unwrap();
-    for (name, surface, span) in [("regular", &grid, 0.9), ("round a vertex of 7", &fan, 1e-3)] {
-        let start = std::time::Instant::now();
-        let (count, faces) = (4000, surface.faces().unwrap() as u32);
-        for k in 0..count {
-            let place = Location::Face(k * 7 % faces, 0.05 + span * 0.3, 0.01 + span * 0.5);
-            surface.stencil(place, Derivative::POSITION).unwrap();
-        }
-        println!("{name}: {:.2} µs a row elsewhere", start.elapsed().as_secs_f64() * 1e6 / f64::from(count));
-        let start = std::time::Instant::now();
-        for k in 0..count {
-            let place = Location::Face(0, 0.6 + 1e-5 * f64::from(k), 0.6);
-            surface.stencil(place, Derivative::POSITION).unwrap();
-        }
-        println!(
-            "{name}: {:.2} µs a row in one piece",
-            start.elapsed().as_secs_f64() * 1e6 / f64::from(count)
-        );
-        let start = std::time::Instant::now();
-        let cells = surface.cells().unwrap();
-        let all = cells.iter().count();
-        println!("{name}: {:.2} µs a cell, of {all}", start.elapsed().as_secs_f64() * 1e6 / all as f64);
-    }
 }

@@ -132,7 +132,11 @@ impl Found<'_> {
         let topology = front.cage.topology();
         let mut nets: Vec<Option<Box<[Point]>>> = vec![None; topology.face_count()];
         let mut open = Vec::new();
-        for &face in &front.open {
+        // A face whose interval in one direction is 0 is a curve or a point: no surface.
+        let has_extent = |face: &&usize| {
+            topology.face_edges(**face).iter().all(|&e| front.cage.interval(e as usize) > 0.0)
+        };
+        for &face in front.open.iter().filter(has_extent) {
             match regular::net(&front.cage, face) {
                 Some(rows) => {
                     let point = |v: u32| front.cage.points()[v as usize].coords;

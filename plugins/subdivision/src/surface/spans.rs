@@ -139,19 +139,24 @@ fn is_even(cage: &Cage, face: usize) -> bool {
 }
 
 /// The first edge without an interval that is not as a double knot of a tensor-product spline is: across a line that goes on with intervals
-/// through inner vertices of four quads, with nothing sharp there. Elsewhere weights vanish, and there are no pieces.
+/// through inner vertices of four quads, or along the boundary through vertices of two, with nothing else sharp there. Elsewhere weights vanish, and
+/// there are no pieces.
 pub(super) fn vanishing_edge(cage: &Cage) -> Option<usize> {
     let topology = cage.topology();
     let fits = |edge: usize, vertex: usize| {
         let edges: SmallVec<[u32; 12]> = topology.vertex_edges(vertex).collect();
         let quad = |f: u32| topology.face_corners(f as usize).len() == 4;
         let Some(own) = edges.iter().position(|&e| e as usize == edge) else { return false };
-        !topology.is_boundary_vertex(vertex)
-            && edges.len() == 4
+        let on_boundary = topology.is_boundary_vertex(vertex);
+        // The one that goes on: of four that across, on the boundary the last for the first.
+        let (count, next) = if on_boundary { (3, 2 - own.min(2)) } else { (4, (own + 2) % 4) };
+        let inside = |e: &&u32| !topology.is_boundary_edge(**e as usize);
+        edges.len() == count
+            && topology.is_boundary_edge(edge) == on_boundary
             && topology.vertex_faces(vertex).all(quad)
             && cage.vertex_sharpness(vertex) <= 0.0
-            && edges.iter().all(|&e| cage.sharpness(e as usize) <= 0.0)
-            && cage.interval(edges[(own + 2) % 4] as usize) > 0.0
+            && edges.iter().filter(inside).all(|&e| cage.sharpness(e as usize) <= 0.0)
+            && cage.interval(edges[next] as usize) > 0.0
     };
     let vanishes = |&edge: &usize| cage.interval(edge) <= 0.0;
     let wrong = |&edge: &usize| !topology.ends(edge).iter().all(|&v| fits(edge, v as usize));

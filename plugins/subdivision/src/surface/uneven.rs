@@ -94,8 +94,8 @@ pub(super) fn vanishes(cage: &Cage, edge: usize) -> SubdivisionError {
     let [from, to] = cage.topology().ends(edge).map(|v| v as usize);
     let problem =
         "has the knot interval 0: places between vertices are known where such an edge goes from one inner vertex of four quads, with nothing \
-         sharp there, to another, and the edges that go on beyond them have intervals above 0; give it a small one, or refine the cage instead \
-         (levels, with limit = true: a mesh with its vertices on the surface)"
+         sharp there, to another, or along the boundary from one of two quads to another, and the edges that go on beyond them have intervals \
+         above 0; give it a small one, or refine the cage instead (levels, with limit = true: a mesh with its vertices on the surface)"
             .to_owned();
     SubdivisionError::Edge { from, to, problem }
 }

@@ -2,6 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "what cannot be made fails the test")]
 
 pub(crate) mod levels;
+pub(crate) mod plain;
+pub(crate) mod wild;
 
 use loftsman_kernel::Point;
 use loftsman_kernel::spline::{Space, Surface};
