@@ -53,7 +53,7 @@ fn butterfly(seed: u64) -> Plain {
     both.faces.extend(half.faces.iter().map(|f| f.iter().rev().map(|&v| image(v)).collect()));
     both.creases.extend(half.creases.iter().map(|([a, b], s)| (ends(image(*a), image(*b)), *s)));
     both.corners.extend(half.corners.iter().map(|(v, s)| (image(*v), *s)));
-    both.rounded = seed % 3 == 0;
+    both.rounded = seed.is_multiple_of(3);
     both
 }
 

@@ -130,7 +130,7 @@ pub(crate) fn sharpened(mut plain: Plain, seed: u64) -> Plain {
 /// The same without one or two of its faces.
 pub(crate) fn opened(mut plain: Plain, seed: u64) -> Plain {
     let mut dice = Dice::new(seed + 9_000);
-    plain.rounded = seed % 2 == 0;
+    plain.rounded = seed.is_multiple_of(2);
     for _ in 0..=dice.below(2) {
         let mut less = plain.clone();
         less.faces.remove(dice.below(plain.faces.len()));
