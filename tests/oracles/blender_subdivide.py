@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Subdivide a cage with real Blender (the `bpy` wheel, no window) and print what its modifier makes of it.
+"""Subdivide cages with real Blender (the `bpy` wheel, no window) and print what its modifier makes of each, all in one launch.
 
-    $LOFTSMAN_ORACLES/blender/bin/python blender_subdivide.py CAGE.json [--cage N] [--levels N] [--limit]
-    $LOFTSMAN_ORACLES/blender/bin/python blender_subdivide.py CAGE.obj  [--levels N] [--limit] [--boundary KIND]
+    $LOFTSMAN_ORACLES/blender/bin/python blender_subdivide.py CAGE.json... [--cage N] [--levels N] [--limit]
+    $LOFTSMAN_ORACLES/blender/bin/python blender_subdivide.py CAGE.obj...  [--levels N] [--limit] [--boundary KIND]
 
 CAGE.json: {"points": [[x, y, z]...], "faces": [[i...]...], "creases": [[i, j, sharpness]...], "corners": [[i, sharpness]...],
         "boundary": "edge-only" | "edge-and-corner", "levels": n, "limit": true | false}; only points and faces are needed.
@@ -10,19 +10,19 @@ CAGE.json: {"points": [[x, y, z]...], "faces": [[i...]...], "creases": [[i, j, s
 CAGE.obj: `v` and `f` lines; there are no creases in one.
 `--levels`, `--limit` and `--boundary` come before what the file says. The default is one level, "edge-only", no limit.
 
-stdout: {"tool": ..., "levels": n, "points": [...], "faces": [...]}, points in single precision, which is Blender's.
-        Blender's own chatter goes to stderr.
-exit:   0 subdivided; 1 not (the JSON has "error"); 2 bad usage.
+stdout: for each file, in order, a line {"file": ..., "tool": ..., "levels": n, "points": [...], "faces": [...]}, points in single
+        precision, which is Blender's; or, where it was not subdivided, {"file": ..., "error": ...}. Blender's own chatter goes to stderr.
+exit:   0 all were subdivided; 1 not all; 2 bad usage.
 
 How Blender is asked: the modifier SUBSURF of the type CATMULL_CLARK; boundary_smooth ALL for edge-only and PRESERVE_CORNERS for
 edge-and-corner; use_limit_surface where the limit is asked for. Blender keeps a sharpness s as c in 0..1 with s = 10 c^2, in single
 precision: c = sqrt(s / 10), so s comes back within 1e-6; 10 and above is infinite, as in OpenSubdiv. Loose points and loose edges
 are not for this script. With the limit the points are those of the limit surface at the vertices of the refined mesh.
 
-Where it differs from OpenSubdiv on the same cage (found on the cages of tests/golden/opensubdiv.json; the others agree within 1e-6):
-a vertex of two edges, inside or on the boundary, is sharpened by the creases of its two edges; with the limit, an end of an infinitely
-sharp crease is only approximated, to some 1e-5, and an inner smooth vertex of two faces is another point. Two faces with all their
-vertices in common are refused.
+Where it differs from OpenSubdiv on the same cage (found on the cages of tests/golden/opensubdiv.json and on random ones; otherwise they
+agree within 1e-6): to the sharpness of a vertex of two edges, inside or on the boundary, Blender adds the smaller one of these edges', 10
+at most in all; with the limit, an end of an infinitely sharp crease is only approximated, to some 6e-5. Two faces with all their vertices
+in common are refused.
 """
 import argparse
 import json
@@ -51,11 +51,11 @@ def read_obj(path):
     return {"points": points, "faces": faces}
 
 
-def read(args):
-    if args.file.lower().endswith(".obj"):
-        cage = read_obj(args.file)
+def read(path, args):
+    if path.lower().endswith(".obj"):
+        cage = read_obj(path)
     else:
-        with open(args.file, encoding="utf-8") as file:
+        with open(path, encoding="utf-8") as file:
             cage = json.load(file)
         if args.cage is not None:
             # There "levels" says how far the limits were taken, not what is asked of Blender.
@@ -103,28 +103,41 @@ def subdivide(mesh, levels, boundary, limit):
     return [list(vertex.co) for vertex in out.vertices], [list(face.vertices) for face in out.polygons]
 
 
+def report_on(path, args):
+    report = {"file": path, "tool": "Blender " + bpy.app.version_string}
+    try:
+        # Nothing is left of the cage before.
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        cage, levels, boundary, limit = read(path, args)
+        report["levels"], report["boundary_smooth"], report["limit"] = levels, boundary, limit
+        report["points"], report["faces"] = subdivide(build(cage), levels, boundary, limit)
+    except Exception as problem:  # noqa: BLE001 - any failure is this report's answer
+        report["error"] = "%s: %s" % (type(problem).__name__, problem)
+    return report
+
+
+def print_line(report):
+    text = (json.dumps(report) + "\n").encode()
+    while text:
+        text = text[os.write(_report_fd, text):]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("file", metavar="CAGE")
+    parser.add_argument("files", metavar="CAGE", nargs="+")
     parser.add_argument("--cage", type=int, metavar="N")
     parser.add_argument("--levels", type=int, metavar="N")
     parser.add_argument("--boundary", choices=sorted(BOUNDARIES))
     parser.add_argument("--limit", action="store_true")
     args = parser.parse_args()
-    report = {"tool": "Blender " + bpy.app.version_string}
-    try:
-        bpy.ops.wm.read_factory_settings(use_empty=True)
-        cage, levels, boundary, limit = read(args)
-        report["levels"], report["boundary_smooth"], report["limit"] = levels, boundary, limit
-        report["points"], report["faces"] = subdivide(build(cage), levels, boundary, limit)
-    except Exception as problem:  # noqa: BLE001 - any failure is this report's answer
-        report["error"] = "%s: %s" % (type(problem).__name__, problem)
-    text = (json.dumps(report) + "\n").encode()
-    while text:
-        text = text[os.write(_report_fd, text):]
+    status = 0
+    for path in args.files:
+        report = report_on(path, args)
+        print_line(report)
+        status |= "error" in report
     sys.stdout.flush()
     # Leave without Blender's teardown, which can crash after the answer is out.
-    os._exit(1 if "error" in report else 0)
+    os._exit(int(status))
 
 
 if __name__ == "__main__":

@@ -81,7 +81,7 @@ impl Oracle {
         };
         // Blender takes all files in one launch; the others start fast and take one.
         Some(match self {
-            Self::Blender => ask(files),
+            Self::Blender | Self::BlenderSubdivision => ask(files),
             _ => files.chunks(1).flat_map(ask).collect(),
         })
     }

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "these are tests, their helpers included")]
 
 mod blender_curves;
+mod cages;
 mod enclosed;
 mod every_file;
 mod example;

@@ -27,6 +27,7 @@ mod scenes;
 mod showpieces;
 mod solids;
 mod truncated;
+mod weld;
 
 use loftsman_tests::program::Program;
 
