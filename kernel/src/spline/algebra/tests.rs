@@ -152,7 +152,52 @@ proptest! {
         let twice = product.integral(Direction::U).unwrap().integral(Direction::V).unwrap();
         let (end, last) = (twice.space(Direction::U).domain().1, twice.space(Direction::V).domain().1);
         prop_assert!((twice.value(end, last).unwrap() - product.total().unwrap()).norm() < 1e-8);
+        for direction in [Direction::U, Direction::V] {
+            is_derived(&f, direction)?;
+        }
+        // By both parameters, in either order.
+        let both = |one: Direction, other: Direction| f.derivative(one).and_then(|slope| slope.derivative(other));
+        let orders = [(Direction::U, Direction::V), (Direction::V, Direction::U)];
+        if let [Ok(one), Ok(other)] = orders.map(|(one, other)| both(one, other)) {
+            for u in inside(&a, &a).into_iter().step_by(4) {
+                for v in inside(&c, &c).into_iter().step_by(4) {
+                    let (x, y) = (one.value(u, v).unwrap(), other.value(u, v).unwrap());
+                    prop_assert!((x - y).norm() < 1e-11 * (1.0 + x.norm()), "{x} {y}");
+                }
+            }
+        }
     }
+}
+
+/// The derivative of a field in a direction: within a piece, differences are its integrals, of which Gauss points miss nothing.
+fn is_derived(field: &Field<Vector>, direction: Direction) -> Result<(), TestCaseError> {
+    let across = if direction == Direction::U { Direction::V } else { Direction::U };
+    let (space, other) = (field.space(direction), field.space(across));
+    let Ok(slope) = field.derivative(direction) else {
+        prop_assert!(space.derived().is_err());
+        return Ok(());
+    };
+    let at = |of: &Field<Vector>, x: f64, y: f64| match direction {
+        Direction::U => of.value(x, y).unwrap(),
+        Direction::V => of.value(y, x).unwrap(),
+    };
+    let (nodes, weights) = gauss_legendre(space.degree() / 2 + 1);
+    for piece in inside(space, space).chunks(3) {
+        let (low, length) = (piece[0], piece[2] - piece[0]);
+        for y in inside(other, other).into_iter().step_by(3) {
+            let gauss = nodes
+                .iter()
+                .zip(&weights)
+                .map(|(x, weight)| at(&slope, low + x * length, y) * (weight * length));
+            let found = gauss.sum::<Vector>();
+            let expected = at(field, piece[2], y) - at(field, low, y);
+            prop_assert!(
+                (found - expected).norm() < 1e-11,
+                "{found} is not {expected} at {low}, {y} by {direction:?}"
+            );
+        }
+    }
+    Ok(())
 }
 
 /// High degrees on even knots, where supports have many pieces.
