@@ -192,6 +192,40 @@ fn an_event_on_a_limit_surface_does_not_depend_on_the_size_of_its_cage() {
     assert!(many <= few + 4, "{few} and {many}");
 }
 
+/// Cages of 1025 and of 10,001 faces: a row, the first on its face and a second one, and an event round the odd vertices, on a regular vertex and on a
+/// face ask for as much memory of either, to the byte; an event for none.
+#[test]
+fn rows_and_events_of_a_large_cage_allocate_what_those_of_a_small_one_do() {
+    let counts = |n: usize| {
+        let surface = cage(n);
+        let faces = |i: usize, j: usize| ((n / 2 + i - 3) * n + n / 2 + j - 3) as u32;
+        let vertex = |i: usize, j: usize| ((n / 2 + i - 3) * (n + 1) + n / 2 + j - 3) as u32;
+        let places = [
+            Location::Face(faces(0, 0), 0.3, 0.6),
+            Location::Face(faces(2, 3), 0.9, 0.99),
+            Location::Face(faces(3, 3), 0.01, 0.02),
+            Location::Vertex(vertex(0, 0)),
+            Location::Vertex(vertex(3, 3)),
+            Location::Vertex(vertex(3, 4)),
+        ];
+        let row = |at: Location| {
+            let counted = measure(|| drop(surface.stencil(at, Derivative::POSITION).unwrap()));
+            (counted.count_total, counted.bytes_total)
+        };
+        let rows = places.map(|at| [row(at), row(at)]);
+        let events = places.map(|at| {
+            let from = Point::from(surface.value(at, Derivative::POSITION).unwrap());
+            let session = Edit::new(&surface).handle(position(at)).prepare(Adjoint).unwrap();
+            allocations(session, from)
+        });
+        (rows, events)
+    };
+    let (few, many) = (counts(32), counts(100));
+    assert_eq!(few, many);
+    assert_eq!(few.1, [0; 6]);
+    assert!(few.0.iter().flatten().all(|(count, _)| *count <= 2000), "{few:?}");
+}
+
 #[test]
 fn preparing_does_not_depend_on_the_size_of_the_curve() {
     // Allocated bytes stand for work here: the same on every machine, and any pass over all vertices would show.
