@@ -215,12 +215,16 @@ fn dragging_costs_what_is_touched() {
         |n| Location::Face(((n / 2 - 5) * n + n / 2) as u32, 0.3, 0.8),
         triangle,
     ];
-    for place in places {
+    // The row of a regular vertex has nine entries, with two triangles among five faces there are as many, with one of four one less; that of a
+    // face has sixteen.
+    let entries = [9, 9, 8, 16, 16];
+    for (place, entries) in places.into_iter().zip(entries) {
         for metric in [Metric::Least, Metric::Falloff(3.0)] {
             let [few, many] = SIZES.map(|n| cost(n, place(n), &metric));
             assert_eq!(few, many, "{} {metric:?}", place(32));
             assert_eq!(few.events, [0, 0], "{} {metric:?}", place(32));
-            assert!(few.prepared[0] <= 4 && few.moved < 100, "{few:?}");
+            let fits = few.moved <= entries || metric != Metric::Least && few.moved < 100;
+            assert!(few.prepared[0] <= 4 && fits, "{} {few:?}", place(32));
         }
     }
 }
