@@ -50,7 +50,7 @@ mod through;
 use loftsman_kernel::plugin::{Plugin, Registry};
 
 pub use cloud::operation::FitShape;
-pub use cloud::{CloudFit, CloudFitted, CloudReport, DerivativeEnergy};
+pub use cloud::{CloudFit, CloudFitted, CloudReport, DerivativeEnergy, Turned};
 pub use constraint::Kept;
 pub use corner::{Corners, Doubt, Scatter};
 pub use error::{Astray, FitError};

@@ -269,3 +269,43 @@ fn shapes_do_not_go_where_no_point_is() {
         assert!(folded == 0.0 && off < 1.5, "{seed} {}: {off} {folded}", case.kind);
     }
 }
+
+/// Closed cages that folded while nothing held them from sliding along themselves (each of these, 11 of the first 50) do not, and come nearer to what
+/// was measured.
+#[test]
+fn noise_does_not_fold_closed_cages() {
+    let (seeds, mut folds, mut told, mut sum) = ([9, 25, 26, 28, 31, 41, 44, 46, 50, 52, 54], 0, 0, 0.0);
+    for seed in seeds {
+        let case = case(seed);
+        let fitted = CloudFit::new(&case.start).fair(DerivativeEnergy(2)).to(&case.points).unwrap();
+        let (off, folded) = apart(fitted.shape(), &case.truth);
+        let (off, turned) = (off / case.sigma, fitted.report().turned);
+        println!("{seed} {}: off {off:.3} of the noise, folded {folded:.4}, told {turned:?}", case.kind);
+        (folds, told, sum) =
+            (folds + usize::from(folded > 0.0), told + usize::from(turned.share > 0.0), sum + off);
+        assert!(off < 1.5, "{seed} {}: {off}", case.kind);
+    }
+    assert!(folds <= 1 && told <= 1, "{folds} folded, {told} told");
+    assert!(sum < 0.8 * seeds.len() as f64, "{sum}");
+}
+
+/// With next to no energy cages fold: which ones is told, as the truth has it, but for folds that are hardly there.
+#[test]
+fn folds_are_told() {
+    let (mut folded, mut plain, mut missed, mut wrong) = (0, 0, 0, 0);
+    for seed in (0..64).filter(|seed| KINDS[*seed as usize % KINDS.len()] != "sheet") {
+        let case = case(seed);
+        let fit = CloudFit::new(&case.start).energy(1e-9, DerivativeEnergy(2)).iterations(12);
+        // Some have more vertices than so little energy determines.
+        let Ok(fitted) = fit.to(&case.points) else { continue };
+        let (turned, truth) = (fitted.report().turned, apart(fitted.shape(), &case.truth).1);
+        println!("{seed} {}: {truth:.4} turned, told {turned:?}", case.kind);
+        assert_eq!(turned.share > 0.0, turned.faces > 0 && turned.at.is_some());
+        (folded, plain) = (folded + usize::from(truth > 0.01), plain + usize::from(truth == 0.0));
+        missed += usize::from(truth > 0.01 && turned.share == 0.0);
+        wrong += usize::from(truth == 0.0 && turned.share > 0.01);
+    }
+    println!("{folded} folded, {missed} of them not told; {plain} not, {wrong} of them told");
+    assert!(folded >= 8 && plain >= 8, "{folded} {plain}");
+    assert_eq!((missed, wrong), (0, 0));
+}

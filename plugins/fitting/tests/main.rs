@@ -17,3 +17,4 @@ mod operation;
 mod plain;
 mod scattered;
 mod shape_operation;
+mod sheets;

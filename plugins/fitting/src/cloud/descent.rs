@@ -13,8 +13,9 @@ use super::foot::{Foot, feet};
 use super::merged::merged;
 use super::model::{Model, value};
 use super::patches::Patches;
+use super::sliding::Sliding;
 use super::step::{COARSE, Held, Metric, SMALL};
-use super::weight::weighed;
+use super::weight::{EACH, ROUGH, weighed};
 use super::{CloudFit, CloudFitted, CloudReport};
 use crate::error::{FitError, Result};
 use crate::least_squares::check_weights;
@@ -32,18 +33,16 @@ pub(super) const GAIN: f64 = 1e-10;
 const STILL: (f64, f64, f64) = (1e-10, 10.0, 1.0);
 /// A step of which no more than this part stays within reach is none.
 const WITHIN: f64 = 1e-3;
-/// Energies outweigh points where these are off by more than so much of their own distance from their centre, and little of the size is left.
-const LITTLE: f64 = 0.25;
-const FEW: f64 = 0.5;
-/// Points that are off by no more than this part of the size are met.
-const MET: f64 = 1e-6;
+/// How often the noise that a shape is held by is measured anew, and the part by which it may be off.
+const STEADYINGS: usize = 8;
+const ALIKE: f64 = 0.05;
 /// What rounding takes from distances, of the size of all numbers.
 pub(super) const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// A shape on the way, its feet and what is to be small.
 pub(super) struct State<S> {
     pub(super) shape: S,
-    feet: Vec<Foot>,
+    pub(super) feet: Vec<Foot>,
     order: Vec<u32>,
 }
 
@@ -55,7 +54,7 @@ pub(super) struct Descended<S> {
     pub(super) settled: bool,
     /// How much feet were held back in the end.
     tau: f64,
-    multipliers: Vec<f64>,
+    pub(super) multipliers: Vec<f64>,
 }
 
 pub(super) fn fit<S: Shape + Clone>(
@@ -66,9 +65,9 @@ pub(super) fn fit<S: Shape + Clone>(
 ) -> Result<CloudFitted<S>> {
     let shares = checked(asked, points)?;
     let mut run = Run::new(asked, points, shares, solver, observer)?;
-    let Some(fair) = asked.fair else { return run.fit(asked.iterations) };
+    let Some(fair) = asked.fair else { return run.steadied(asked.iterations) };
     let shape = asked.shape.as_shape();
-    let Some(squares) = fair.squares(shape, run.origin)? else { return run.fit(asked.iterations) };
+    let Some(squares) = fair.squares(shape, run.origin)? else { return run.steadied(asked.iterations) };
     squares.check(shape.control_vertices().len())?;
     weighed(&mut run, merged(squares, shape.control_vertices().len()))
 }
@@ -78,12 +77,15 @@ pub(super) struct Run<'a, S> {
     pub(super) points: Vec<Point>,
     pub(super) shares: Vec<f64>,
     pub(super) solver: &'a dyn Solver,
-    observer: &'a dyn Observer,
+    pub(super) observer: &'a dyn Observer,
     pub(super) energies: Vec<(f64, Squares)>,
     origin: Point,
-    patches: Patches,
-    problem: Problem,
-    nearest: Solution,
+    /// How far the shape slides along itself, and how much it is held from it.
+    sliding: Option<Sliding>,
+    along: f64,
+    pub(super) patches: Patches,
+    pub(super) problem: Problem,
+    pub(super) nearest: Solution,
     pub(super) held: Held,
 }
 
@@ -116,6 +118,7 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
             energies.push((*weight, merged(squares, vertices.len())));
         }
         let patches = Patches::new(shape)?;
+        let sliding = Sliding::new(&patches, vertices, origin);
         let problem = asked.edit().problem()?;
         if let Some(functional) = problem.nonlinear() {
             return Err(FitError::Constraint {
@@ -140,6 +143,8 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
             observer,
             energies,
             origin,
+            sliding,
+            along: 0.0,
             patches,
             problem,
             nearest,
@@ -156,10 +161,30 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
         diagonal(self.points.iter().chain(self.asked.shape.control_vertices()))
     }
 
-    /// From the shape as it is, in so many steps at most.
-    pub(super) fn fit(&self, most: usize) -> Result<CloudFitted<S>> {
-        let descended = self.descended(None, most, GAIN)?;
-        self.hand_out(descended)
+    /// From the shape as it is, in so many steps at most, held from sliding along itself as much as the noise calls for where that is asked.
+    fn steadied(&mut self, most: usize) -> Result<CloudFitted<S>> {
+        let (mut last, mut steps, mut before) = (None, 0, 0.0);
+        if self.asked.steady && self.sliding.is_some() {
+            let mut noise = self.noise_within(&self.state(self.asked.shape.clone(), None)?);
+            for round in 0..STEADYINGS {
+                self.hold_along(noise);
+                let found = self.descended(last.as_ref(), EACH.min(most - steps), ROUGH)?;
+                before = if round == 0 { found.report.before } else { before };
+                steps += found.report.iterations;
+                let now = self.noise_within(&found.state);
+                let known = (now - noise).abs() <= ALIKE * noise;
+                noise = now;
+                last = Some(found);
+                if known || steps >= most {
+                    break;
+                }
+            }
+            self.hold_along(noise);
+        }
+        let mut found = self.descended(last.as_ref(), most - steps, GAIN)?;
+        found.report.iterations += steps;
+        found.report.before = if last.is_some() { before } else { found.report.before };
+        self.hand_out(found)
     }
 
     /// The same, or from where steps came to before, not yet measured; a step that promises no more than the part `enough` of what is there is the last.
@@ -302,12 +327,37 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
 
     pub(super) fn model<'b>(&'b self, state: &'b State<S>) -> Result<Model<'b>> {
         let shape = state.shape.as_shape();
-        Ok(Model::new(shape, &state.feet, &state.order, &self.shares, &self.energies)?)
+        let mut model = Model::new(shape, &state.feet, &state.order, &self.shares, &self.energies)?;
+        model.hold_along(self.held_along());
+        Ok(model)
+    }
+
+    /// The mean square of the distances of points that the shape does not end before: what is beyond its border says where it should end, and is no noise.
+    pub(super) fn noise_within(&self, state: &State<S>) -> f64 {
+        let free = [true, state.shape.domain().len() > 1];
+        let within = || state.feet.iter().zip(&self.shares).filter(|(foot, _)| foot.free == free);
+        let sum: f64 = within().map(|(foot, share)| share * foot.distance * foot.distance).sum();
+        let part: f64 = within().map(|(_, share)| share).sum();
+        if part > 0.0 { sum / part } else { 0.0 }
+    }
+
+    /// Holds the shape from sliding along itself as much as noise of this variance calls for.
+    pub(super) fn hold_along(&mut self, noise: f64) {
+        // Less than rounding makes is none.
+        let noise = if noise > (ROUNDING * self.size()).powi(2) { noise } else { 0.0 };
+        self.along = self.sliding.as_ref().map_or(0.0, |sliding| sliding.weight(noise, self.points.len()));
+    }
+
+    fn held_along(&self) -> Option<(f64, &Sliding)> {
+        self.sliding.as_ref().filter(|_| self.along > 0.0).map(|sliding| (self.along, sliding))
     }
 
     /// The mean square of the distances, and what the energies come to.
     pub(super) fn value(&self, state: &State<S>) -> (f64, f64) {
-        value(&state.feet, &self.shares, &self.energies, &self.relative(&state.shape))
+        let x = self.relative(&state.shape);
+        let (squares, energy) = value(&state.feet, &self.shares, &self.energies, &x);
+        let held = self.held_along().map_or(0.0, |(by, sliding)| by * sliding.value(&x));
+        (squares, energy + held)
     }
 
     /// What is to be small, all of it.
@@ -326,7 +376,7 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
         shape.control_vertices().iter().map(|p| p - self.origin).collect()
     }
 
-    fn among<'b>(&'b self, shape: &'b S) -> Shapes<'b> {
+    pub(super) fn among<'b>(&'b self, shape: &'b S) -> Shapes<'b> {
         Shapes::new(std::iter::once(shape.as_shape()).chain(self.asked.others.iter().map(AsRef::as_ref)))
     }
 
@@ -344,57 +394,6 @@ impl<'a, S: Shape + Clone> Run<'a, S> {
             }
         }
         Ok(next)
-    }
-
-    /// Whether energies of given weights leave little to the points.
-    fn outweighed(&self, report: &CloudReport) -> bool {
-        let sum = |of: &dyn Fn(&Point) -> Vector| -> Vector {
-            self.points.iter().zip(&self.shares).map(|(p, share)| of(p) * *share).sum()
-        };
-        let center = sum(&|p| p.coords);
-        let spread = sum(&|p| (p.coords - center).map(|c| c * c)).sum().sqrt();
-        let [was, is] = report.measure;
-        let less = report.rms > report.before || is < FEW * was;
-        !self.asked.energies.is_empty() && report.rms > LITTLE * spread && less
-    }
-
-    /// What was found, measured.
-    pub(super) fn hand_out(&self, descended: Descended<S>) -> Result<CloudFitted<S>> {
-        let Descended { state, mut report, multipliers, .. } = descended;
-        // What is handed out is measured afresh; a foot that was known stays where nothing nearer is found.
-        let known = state.feet;
-        let mut state = self.state(state.shape, None)?;
-        for (foot, known) in state.feet.iter_mut().zip(known) {
-            if known.distance < foot.distance {
-                *foot = known;
-            }
-        }
-        let shapes = self.among(&state.shape);
-        let assembly = self.nearest.assembly();
-        self.problem.verify(assembly, &shapes, self.solver.name())?;
-        let missing = self.problem.misfit(assembly, &shapes)?;
-        let multipliers: Vec<f64> = multipliers.iter().map(|m| 2.0 * m).collect();
-        report.constraints = self.problem.account(assembly, &missing, &multipliers);
-        report.residual = report.constraints.iter().fold(0.0, |m: f64, c| m.max(c.residual));
-        let (squares, energy) = self.value(&state);
-        (report.rms, report.energy) = (squares.sqrt(), energy);
-        for (k, foot) in state.feet.iter().enumerate() {
-            if foot.distance > report.largest {
-                (report.largest, report.worst) = (foot.distance, k);
-            }
-        }
-        report.measure = [self.measure(&self.asked.shape), self.measure(&state.shape)];
-        report.outweighed = self.outweighed(&report);
-        // A distance from a surface is one number, from a curve two.
-        let numbers = self.points.len() * 3_usize.saturating_sub(state.shape.domain().len());
-        report.met = numbers <= 3 * self.held.free.len() && report.largest <= MET * self.size();
-        report.solver = self.nearest.solver().to_owned();
-        (report.equations, report.rank) = (self.nearest.equations(), self.nearest.rank());
-        report.redundant = self.nearest.redundant().to_vec();
-        let ways = state.shape.control_vertices().iter().zip(self.asked.shape.control_vertices());
-        report.adjustment = ways.map(|(a, b)| (a - b).norm()).fold(0.0, f64::hypot);
-        let feet = state.feet.iter().map(|foot| foot.at).collect();
-        Ok(CloudFitted { shape: state.shape, feet, report })
     }
 }
 

@@ -3,14 +3,18 @@
 mod crossed;
 mod descent;
 mod foot;
+mod handed_out;
 mod merged;
 mod model;
+mod near;
 pub(crate) mod operation;
 mod patches;
 mod plate;
 mod rows;
+mod sliding;
 mod step;
 mod tree;
+mod turned;
 mod weight;
 
 use loftsman_kernel::text::{figure, short};
@@ -27,10 +31,14 @@ use loftsman_kernel::solve::{Automatic, Solver};
 use crate::error::Result;
 
 pub use plate::DerivativeEnergy;
+pub use turned::Turned;
 
 /// Steps, at most, and the change that ends them, of the size of the points.
 const ITERATIONS: usize = 100;
 const TOLERANCE: f64 = 1e-9;
+/// As many times as far from the points, or as large, as it was is a shape that went astray; and as many root mean squares farther.
+const ASTRAY: f64 = 1.5;
+const SCATTER: f64 = 3.0;
 
 /// Moves the control vertices of a shape so that it comes as near as it can to points of which nobody knows where on the shape they
 /// belong: the limit surface of a cage, a spline curve or surface, a shape of any other kind.
@@ -75,6 +83,7 @@ pub struct CloudFit<S> {
     constraints: Vec<Constraint>,
     locks: Vec<i64>,
     weights: Option<Vec<f64>>,
+    steady: bool,
     tolerance: f64,
     iterations: usize,
     smooth: u8,
@@ -91,6 +100,7 @@ impl<S: Shape + Clone> CloudFit<S> {
             constraints: Vec::new(),
             locks: Vec::new(),
             weights: None,
+            steady: false,
             tolerance: TOLERANCE,
             iterations: ITERATIONS,
             smooth: 1,
@@ -119,11 +129,25 @@ impl<S: Shape + Clone> CloudFit<S> {
     /// that followed, with which shapes fitted to the others come as near to these as they can. With both the fit begins anew from several places, the
     /// shape as it was given among them. Of where these lead, as far as noise explains how far the points are off, that is handed out which the points
     /// likelier come from: with the least of `2 log A + λ E / σ²`, `A` its area or length, so that no shape bends less by going where no point is.
+    /// A surface is held from sliding along itself on all of the way ([`steady`](Self::steady)).
     /// [`CloudReport::fair`] says the weight. Cost: each weight that is tried factors one matrix more; points left out and starts anew, which
     /// [`iterations`](Self::iterations) does not count, are some three times as many steps as the rest, fewer where all lead to one place.
     #[must_use]
     pub fn fair(mut self, energy: DerivativeEnergy) -> Self {
         self.fair = Some(energy);
+        self
+    }
+
+    /// Holds a surface from sliding along itself as much as the noise of the points calls for, as [`fair`](Self::fair) does by itself.
+    ///
+    /// No foot sees how a surface lies within itself, nor where it ends beyond its points: it crumples to follow noise, or leaves its border. So
+    /// `n² σ² / (N (A/100)) · mean |P (S - S₀)|²` is added to what is least, `P` what is tangent to the given surface `S₀` of area `A` and `n`
+    /// control vertices, `σ²` the mean square of the distances of those of `N` points that are not beyond the border: each control vertex is taken for
+    /// given as well as to a tenth of its distance from the next, along the surface. Points beyond the border move this all the same, and without noise
+    /// there is none of it. Multipliers of constraints are of what is least with it; [`CloudReport::energy`] is without.
+    #[must_use]
+    pub fn steady(mut self) -> Self {
+        self.steady = true;
         self
     }
 
@@ -269,9 +293,15 @@ pub struct CloudReport {
     pub change: f64,
     /// The area of a surface, or the length of a curve, as it was and as it is.
     pub measure: [f64; 2],
+    /// How far the shape lies from the nearest of the points, at most, as it was and as it is: where no point is.
+    pub beyond: [f64; 2],
+    /// Where a surface looks the other way than it did.
+    pub turned: Turned,
     /// Whether an energy of a given weight leaves little to the points: the root mean square is more than a quarter of the points' own distance from
     /// their centre, and larger than it was, or the area (or length) less than half.
     pub outweighed: bool,
+    /// Whether points are so few that the shape may pass through any: noise is not seen then, or too little of it.
+    pub few: bool,
     /// Whether the shape passes through all points, but for a millionth of their size, and they are so few that it may pass through any: noise is not
     /// seen then.
     pub met: bool,
@@ -289,6 +319,15 @@ pub struct CloudReport {
     pub solver: String,
     /// Every constraint with its error and its multipliers: how much what is least would change with its value.
     pub constraints: Vec<ConstraintReport>,
+}
+
+impl CloudReport {
+    /// Whether the shape went where no point is: it lies more than half as far again from the nearest point as it did, by more than the points are off,
+    /// or is more than half as large again though it was in place.
+    pub fn is_beyond(&self) -> bool {
+        let ([near, far], [was, is]) = (self.beyond, self.measure);
+        far > ASTRAY * near + SCATTER * self.rms || is > ASTRAY * was && self.before <= SCATTER * self.rms
+    }
 }
 
 impl fmt::Display for CloudReport {

@@ -11,6 +11,7 @@ use loftsman_kernel::solve::Symmetric;
 
 use super::foot::Foot;
 use super::rows::Rows;
+use super::sliding::Sliding;
 
 /// The squared distances and energies near to a shape as it is, as a quadratic of the adjustment `d` of the control vertices.
 ///
@@ -28,6 +29,8 @@ pub(super) struct Model<'a> {
     energies: &'a [(f64, Squares)],
     /// How much the shape is held where it is, and the matrix of the mean square of its way.
     still: Option<(f64, &'a Symmetric)>,
+    /// How much the shape is held from sliding along itself.
+    sliding: Option<(f64, &'a Sliding)>,
     /// The matrices of `H` without what holds the shape, once they were needed, where products with these cost less than with the rows.
     full: OnceCell<Option<Full>>,
 }
@@ -127,12 +130,33 @@ impl<'a> Model<'a> {
                 along.push(Along::new(&feet[k as usize]));
             }
         }
-        Ok(Self { rows, slopes, along, feet, order, shares, energies, still: None, full: OnceCell::new() })
+        Ok(Self {
+            rows,
+            slopes,
+            along,
+            feet,
+            order,
+            shares,
+            energies,
+            still: None,
+            sliding: None,
+            full: OnceCell::new(),
+        })
     }
 
     /// Adds so much of the mean square of the shape's way: where no point sees it, it goes no farther than that allows (Levenberg and Marquardt).
     pub(super) fn hold(&mut self, by: f64, still: &'a Symmetric) {
         self.still = Some((by, still));
+    }
+
+    /// Adds so much of the mean square of how far the shape slides along itself.
+    pub(super) fn hold_along(&mut self, sliding: Option<(f64, &'a Sliding)>) {
+        self.sliding = sliding;
+    }
+
+    /// Whether it is held so.
+    pub(super) fn is_held_along(&self) -> bool {
+        self.sliding.is_some()
     }
 
     /// What is added for an adjustment.
@@ -151,9 +175,7 @@ impl<'a> Model<'a> {
     pub(super) fn multiply(&self, tau: f64, d: &[Vector], out: &mut [Vector]) {
         if let Some(full) = self.full.get_or_init(|| self.full(d.len())) {
             full.multiply(tau, d, out);
-            if let Some((by, still)) = self.still {
-                spread(by, still, d, out);
-            }
+            self.hold_back(d, out);
             return;
         }
         out.fill(Vector::zeros());
@@ -174,8 +196,16 @@ impl<'a> Model<'a> {
             squares.gradient(d, false, &mut work);
             out.iter_mut().zip(&work).for_each(|(out, g)| *out += g * *weight);
         }
+        self.hold_back(d, out);
+    }
+
+    /// Adds what holds the shape.
+    fn hold_back(&self, d: &[Vector], out: &mut [Vector]) {
         if let Some((by, still)) = self.still {
             spread(by, still, d, out);
+        }
+        if let Some((by, sliding)) = self.sliding {
+            sliding.multiply(by, d, out);
         }
     }
 
@@ -250,16 +280,27 @@ impl<'a> Model<'a> {
             squares.gradient(x, true, &mut work);
             out.iter_mut().zip(&work).for_each(|(out, g)| *out += g * *weight);
         }
+        if let Some((by, sliding)) = self.sliding {
+            sliding.gradient(by, x, out);
+        }
     }
 
     /// The matrix of the model with `τ = 1`, the same for x, y and z: no other has more. Feet side by side share their vertices, so
-    /// that most of it is added in dense blocks.
-    pub(super) fn matrix(&self, count: usize) -> Symmetric {
+    /// that most of it is added in dense blocks. With or without what
+    /// holds it along itself.
+    pub(super) fn matrix(&self, count: usize, along: bool) -> Symmetric {
         let mut lower: Vec<Vec<(u32, f64)>> = vec![Vec::new(); count];
         let mut block: (&[u32], Vec<f64>) = (&[], Vec::new());
         for (row, _, share) in self.each() {
             let (vertices, coefficients) = self.rows.row(row);
             gather(vertices, coefficients, share, &mut block, &mut lower);
+        }
+        if let Some((by, held)) = self.sliding.filter(|_| along) {
+            let (rows, shares) = held.rows();
+            for (row, share) in shares.iter().enumerate() {
+                let (vertices, coefficients) = rows.row(row);
+                gather(vertices, coefficients, by * share, &mut block, &mut lower);
+            }
         }
         flush(&block, &mut lower);
         for (weight, squares) in self.energies {

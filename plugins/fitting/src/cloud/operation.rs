@@ -216,7 +216,7 @@ fn fit_of(
             return Err(parameters.error("energy", "has no weight: \"fair\" is 0"));
         }
         Some(0.0) => {}
-        Some(weight) => fit = fit.energy(weight, DerivativeEnergy(order)),
+        Some(weight) => fit = fit.energy(weight, DerivativeEnergy(order)).steady(),
         None if parameters.has("energy") => fit = fit.fair(DerivativeEnergy(order)),
         None => {
             let has = |order: &usize| DerivativeEnergy(*order).squares(shape, Point::origin()).is_ok();
@@ -285,6 +285,12 @@ fn report_of(
         notes.push(format!(
             "the energy's weight follows from the noise: fair = {weight} asks for the same, fair = 0 for none", weight = figure(weight)));
     }
+    if report.fair.is_some() && report.few && !report.met {
+        notes.push(format!(
+            "the shape may pass through any so few points with {} control vertices, so that their noise is not seen in full: if they have some, give more points, fewer control vertices or \"fair\"",
+            shape.control_vertices().len()
+        ));
+    }
     if report.fair.is_some() && report.met {
         notes.push(format!(
             "the shape passes through all points, as it may through any so few with {} control vertices, so that their noise is not seen: if they have some, give more points, fewer control vertices or \"fair\"",
@@ -310,6 +316,7 @@ fn report_of(
             length(report.before),
         ));
     }
+    warnings.extend(astray(report, unit, dimensions));
     StepReport {
         warnings,
         op: DECLARATION.name.into(),
@@ -326,4 +333,28 @@ fn report_of(
         leading: 1,
         ..StepReport::default()
     }
+}
+
+/// What there is to say of a shape that lies where no point is, or looks the other way than it did.
+fn astray(report: &CloudReport, unit: Unit, dimensions: usize) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let turned = report.turned;
+    if let Some([x, y, z]) = turned.at {
+        let [x, y, z] = [x, y, z].map(figure);
+        warnings.push(format!(
+            "on {} of {} faces the surface looks the other way than it did ({:.1} % of its places, one is ({x}, {y}, {z})): it is folded, or turned inside out; give a larger \"fair\", fewer control vertices, or a shape that is nearer to begin with",
+            turned.faces,
+            turned.of,
+            100.0 * turned.share,
+        ));
+    }
+    if report.is_beyond() {
+        let [was, is] = report.measure.map(|m| unit.quantity(m, dimensions));
+        let [near, far] = report.beyond.map(|x| unit.quantity(x, 1));
+        let what = if dimensions < 2 { "length" } else { "area" };
+        warnings.push(format!(
+            "the shape goes where no point is: it lies up to {far} from the nearest one ({near} before), its {what} is {is} ({was} before): lock or constrain what no point sees, or give points there"
+        ));
+    }
+    warnings
 }

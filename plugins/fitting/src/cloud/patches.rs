@@ -165,6 +165,38 @@ impl Patches {
         self.pieces.iter().map(|piece| if self.curve { line(piece) } else { quarters(piece) }).sum()
     }
 
+    /// The middle of each piece, and a vector along the normal there, as the diagonals of its corners have it.
+    pub(super) fn middles(&self, vertices: &[Point]) -> Vec<[Vector; 2]> {
+        let points = self.points(vertices);
+        let at = |piece: &Piece, a: usize, b: usize| points[piece.samples[a][b] as usize];
+        let middle = |piece: &Piece| {
+            let [one, other] = [at(piece, 2, 2) - at(piece, 0, 0), at(piece, 0, 2) - at(piece, 2, 0)];
+            [at(piece, 1, 1), one.cross(&other)]
+        };
+        self.pieces.iter().map(middle).collect()
+    }
+
+    /// Every how many pieces one is to be looked at, for no more than so many, or one a patch.
+    pub(super) fn step(&self, most: usize) -> usize {
+        let each = self.pieces.len().div_ceil(self.patches.len().max(1)).max(1);
+        self.pieces.len().div_ceil(most).clamp(1, each)
+    }
+
+    /// Adds the row of the middle of a piece.
+    pub(super) fn push_middle(&self, piece: usize, rows: &mut Rows) {
+        rows.push_row(self.rows.row(self.pieces[piece].samples[1][1] as usize));
+    }
+
+    /// How many patches there are.
+    pub(super) fn count(&self) -> usize {
+        self.patches.len()
+    }
+
+    /// The patch of a piece.
+    pub(super) fn patch(&self, piece: usize) -> u32 {
+        self.pieces[piece].patch
+    }
+
     /// The box of parameters that a foot may be looked for in from a piece, and the directions in which it is closed.
     pub(super) fn room(&self, piece: usize) -> Room {
         let face = self.patches[self.pieces[piece].patch as usize].face;

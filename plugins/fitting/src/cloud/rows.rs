@@ -27,6 +27,13 @@ impl Rows {
         self.starts.push(self.vertices.len());
     }
 
+    /// One more, of others.
+    pub(super) fn push_row(&mut self, (vertices, coefficients): (&[u32], &[f64])) {
+        self.vertices.extend_from_slice(vertices);
+        self.coefficients.extend_from_slice(coefficients);
+        self.starts.push(self.vertices.len());
+    }
+
     /// How many there are.
     pub(super) fn len(&self) -> usize {
         self.starts.len() - 1

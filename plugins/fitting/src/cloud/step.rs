@@ -99,7 +99,14 @@ impl<'a> Metric<'a> {
     /// # Errors
     /// [`FitError::Undetermined`] where points, energies and equations leave vertices open.
     pub(super) fn new(model: &Model<'_>, held: &'a Held, solver: &dyn Solver) -> Result<Self> {
-        let matrix = held.strengthened(model.matrix(held.count).select(&held.free));
+        if model.is_held_along() {
+            // That determines nothing that was open.
+            Self::of(held.strengthened(model.matrix(held.count, false).select(&held.free)), held, solver)?;
+        }
+        Self::of(held.strengthened(model.matrix(held.count, true).select(&held.free)), held, solver)
+    }
+
+    fn of(matrix: Symmetric, held: &'a Held, solver: &dyn Solver) -> Result<Self> {
         let n = matrix.size();
         let order = matrix.narrow_order();
         let mut position = vec![0; n];

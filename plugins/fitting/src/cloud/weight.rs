@@ -68,6 +68,7 @@ pub(super) fn weighed<S: Shape + Clone>(run: &mut Run<'_, S>, squares: Squares) 
     let (mut trend, mut refused) = (None::<[f64; 2]>, None);
     // Until the weight is where it stays, nothing more is settled than it depends on.
     let (mut round, mut afresh, mut enough) = (0, false, ROUGH);
+    run.hold_along(run.noise_within(&first));
     loop {
         round += 1;
         run.energies[at].0 = weight;
@@ -98,6 +99,7 @@ pub(super) fn weighed<S: Shape + Clone>(run: &mut Run<'_, S>, squares: Squares) 
         (found.report.iterations, found.report.before) = (steps, before.sqrt());
         let noise = run.value(&found.state).0;
         let energy = run.energies[at].1.energy(&run.relative(&found.state.shape)).0;
+        run.hold_along(run.noise_within(&found.state));
         let end = round >= ROUNDS || steps >= run.asked.iterations;
         if end {
             return handed_out(run, at, weight, found);
@@ -170,7 +172,8 @@ fn wanted<S: Shape + Clone>(
     [noise, energy]: [f64; 2],
     unseen: usize,
 ) -> Result<f64> {
-    let model = run.model(state)?;
+    let mut model = run.model(state)?;
+    model.hold_along(None);
     let mut metric = Metric::new(&model, &run.held, run.solver)?;
     let (weight, squares) = &run.energies[at];
     let most = run.held.free.len().saturating_sub(unseen) as f64;
