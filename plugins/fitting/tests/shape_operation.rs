@@ -197,3 +197,15 @@ fn points_too_few_to_see_noise_in_are_told() {
     let (met, weight) = met(300);
     assert!(!met && weight > 1e-8 && weight < 1e-4, "{weight}");
 }
+
+/// A closed cage that follows noise with nothing beside is folded, which is told; with what is there by default it is not.
+#[test]
+fn folds_are_warnings() {
+    let warnings = |fields: Value| {
+        let report = run(&mut ball(90, 0.2), fields).unwrap();
+        println!("{:?} {:?}", report.warnings, report.notes);
+        report.warnings.iter().filter(|text| text.contains("the surface looks the other way")).count()
+    };
+    assert_eq!(warnings(json!({ "points": "scan", "fair": 0, "iterations": 15 })), 1);
+    assert_eq!(warnings(json!({ "points": "scan" })), 0);
+}

@@ -358,3 +358,37 @@ fn astray(report: &CloudReport, unit: Unit, dimensions: usize) -> Vec<String> {
     }
     warnings
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Turned;
+    use super::*;
+
+    #[test]
+    fn what_went_astray_is_told_with_its_numbers() {
+        let told = |report: &CloudReport| astray(report, Unit::Metre, 2).join("\n");
+        let near = CloudReport {
+            before: 0.5,
+            rms: 0.1,
+            beyond: [1.0, 1.7],
+            measure: [2.0, 5.0],
+            ..CloudReport::default()
+        };
+        assert_eq!(told(&near), "");
+        let far = CloudReport { beyond: [1.0, 1.9], ..near.clone() };
+        let text = told(&far);
+        assert!(
+            ["1.9 m", "1 m before", "5 m²", "2 m² before"].iter().all(|part| text.contains(part)),
+            "{text}"
+        );
+        // It was in place, and is crumpled.
+        let large = CloudReport { before: 0.2, ..near.clone() };
+        assert!(told(&large).contains("5 m² (2 m² before)"), "{}", told(&large));
+        let turned = Turned { share: 0.125, faces: 3, of: 24, at: Some([1.0, -2.0, 0.5]) };
+        let text = told(&CloudReport { turned, ..near });
+        assert!(
+            ["on 3 of 24 faces", "12.5 %", "(1, -2, 0.5)"].iter().all(|part| text.contains(part)),
+            "{text}"
+        );
+    }
+}
