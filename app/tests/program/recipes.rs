@@ -310,7 +310,7 @@ fn operations_on_cages_say_what_makes_splines_of_them() {
                 f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
     bench.write("Cube.obj", format!("o Cube\n{cube}"));
     for step in [
-        json!({ "op": "section", "object": "Cube", "normal": [0, 0, 1], "point": [0, 0, 0.5] }),
+        json!({ "op": "section", "object": "Cube", "axis": "z", "at": 0.5 }),
         json!({ "op": "isocurve", "object": "Cube", "u": 0.5 }),
         json!({ "op": "symmetrize", "object": "Cube", "normal": [1, 0, 0] }),
         json!({ "op": "reverse", "object": "Cube" }),

@@ -210,7 +210,9 @@ impl Combing {
                 let words = format!("curvature: a tooth of {long} is {per}/{one}, drawn up to {most}/{one}");
                 sheet.caption.explain_once(Sample::Comb(color), words);
             } else if !sheet.caption.legend.iter().any(|(sample, _)| matches!(sample, Sample::Comb(_))) {
-                sheet.caption.explain_once(Sample::Comb(color), format!("curvature, drawn up to {most}/{one}"));
+                sheet
+                    .caption
+                    .explain_once(Sample::Comb(color), format!("curvature, drawn up to {most}/{one}"));
             }
             if any_cut {
                 sheet

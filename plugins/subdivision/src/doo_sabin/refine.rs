@@ -87,16 +87,23 @@ pub fn stencil(cage: &Cage, corner: usize) -> Result<Stencil> {
     let mut row = Row::default();
     let weights = weights(cage, face);
     let vertices = topology.face(face);
-    let of = corner_row(weights.as_ref(), corner - topology.face_corners(face).start, vertices.len());
+    let of =
+        corner_row(weights.as_ref(), corner - topology.face_corners(face).start, &cosines(vertices.len()));
     vertices.iter().zip(of).for_each(|(&vertex, (_, weight))| row.add(vertex, weight));
     Ok(row.into_stencil())
 }
 
-/// How much of each corner of a face the new point of one is made of, none left out.
-fn corner_row(weights: Option<&Weights>, at: usize, n: usize) -> Vec<(u32, f64)> {
+/// `1 + 2 cos(2πk/n)` for each `k` below `n`.
+fn cosines(n: usize) -> Vec<f64> {
+    (0..n).map(|k| 1.0 + 2.0 * (TAU * k as f64 / n as f64).cos()).collect()
+}
+
+/// How much of each corner of a face the new point of one is made of, none left out; `waves` are those of its number of corners.
+fn corner_row(weights: Option<&Weights>, at: usize, waves: &[f64]) -> Vec<(u32, f64)> {
+    let n = waves.len();
     let entry = |j: usize| {
         let itself = if j == at { 1.0 } else { 0.0 };
-        let wave = 1.0 + 2.0 * (TAU * ((at + n - j) % n) as f64 / n as f64).cos();
+        let wave = waves[(at + n - j) % n];
         let middle = weights.map_or(1.0 / n as f64, |w| w.middle[j]);
         0.5 * (itself + middle) + share(weights, at, n) * (wave - n as f64 * itself)
     };
@@ -107,7 +114,8 @@ fn corner_row(weights: Option<&Weights>, at: usize, n: usize) -> Vec<(u32, f64)>
 pub(super) fn matrix(cage: &Cage, face: usize) -> Matrix {
     let n = cage.topology().face(face).len();
     let weights = weights(cage, face);
-    (0..n).map(|at| corner_row(weights.as_ref(), at, n)).collect()
+    let waves = cosines(n);
+    (0..n).map(|at| corner_row(weights.as_ref(), at, &waves)).collect()
 }
 
 /// What intervals make of a face.
@@ -141,7 +149,8 @@ impl Weights {
     /// The rows of all corners.
     pub(super) fn matrix(&self) -> Matrix {
         let n = self.middle.len();
-        (0..n).map(|at| corner_row(Some(self), at, n)).collect()
+        let waves = cosines(n);
+        (0..n).map(|at| corner_row(Some(self), at, &waves)).collect()
     }
 }
 
