@@ -16,7 +16,7 @@ use crate::error::{FineTuneError, Result};
 use crate::exact::{Asked, solve};
 use crate::lift::Alpha;
 use crate::local::{Host, part};
-use crate::measure::{EXACT, inexact};
+use crate::measure::{EXACT, Inexact, inexact};
 use crate::operator::Tuning;
 use crate::positive::check_positive;
 
@@ -255,22 +255,45 @@ impl FineTune {
         {
             return tuned;
         }
-        let off = |tuned: &Tuned| inexact(&tuned.curve, &derivative(given)?, &tuned.alpha);
         let lost = match &tuned {
-            Ok(tuned) => off(tuned)?,
+            Ok(tuned) => self.lost(tuned, given)?,
             Err(_) => None,
         };
         if tuned.is_ok() && lost.is_none() {
             return tuned;
         }
-        let Ok(mut pieces) = self.knotted(&in_pieces(given)?, alpha, continuity) else { return tuned };
-        if let Some(left) = off(&pieces)? {
+        let mut pieces = match (self.knotted(&in_pieces(given)?, alpha, continuity), &lost) {
+            (Ok(pieces), _) => pieces,
+            // An end that does not stay is no answer.
+            (Err(error), Some((_, true))) => return Err(error),
+            (Err(_), Some((lost, false))) => {
+                let mut tuned = tuned?;
+                tuned.report.notes.push(lost.told());
+                return Ok(tuned);
+            }
+            (Err(_), None) => return tuned,
+        };
+        if let Some((left, _)) = self.lost(&pieces, given)? {
             pieces.report.notes.push(left.told());
         }
-        if let Some(lost) = lost {
+        if let Some((lost, _)) = lost {
             pieces.report.notes.push(lost.avoided(pieces.curve.degree()));
         }
         Ok(pieces)
+    }
+
+    /// What products of high degree have lost, measured on the tuned curve: of its derivative, or of an end that was to stay, and whether it is that.
+    fn lost(&self, tuned: &Tuned, given: &Curve) -> Result<Option<(Inexact, bool)>> {
+        if self.ends == Ends::Exact {
+            let end = given.domain().1;
+            let size = given.points().iter().fold(0.0_f64, |m, p| m.max((p - given.points()[0]).norm()));
+            let off = (tuned.curve.point(end)? - given.point(end)?).norm();
+            let degree = given.degree() - 1 + tuned.alpha.space().degree();
+            if let Some(lost) = Inexact::beyond(off / size, end, degree) {
+                return Ok(Some((lost, true)));
+            }
+        }
+        Ok(inexact(&tuned.curve, &derivative(given)?, &tuned.alpha)?.map(|lost| (lost, false)))
     }
 
     fn knotted(&self, given: &Curve, alpha: &Function<f64>, continuity: [u8; 2]) -> Result<Tuned> {

@@ -22,6 +22,11 @@ pub(crate) struct Inexact {
 }
 
 impl Inexact {
+    /// So far off at a place; `None` where that is no more than rounding.
+    pub(crate) fn beyond(off: f64, at: f64, degree: usize) -> Option<Self> {
+        (off > TOLD).then_some(Self { off, at, degree })
+    }
+
     /// What there is to say of it.
     pub(crate) fn told(&self) -> String {
         format!(
@@ -64,7 +69,7 @@ pub(crate) fn inexact(
             }
         }
     }
-    Ok((worst > TOLD * size).then_some(Inexact { off: worst / size, at, degree }))
+    Ok(Inexact::beyond(worst / size, at, degree))
 }
 
 /// The Gram matrix of a space: `∫ α²` of the values of α.

@@ -342,6 +342,27 @@ fn digits_that_high_degrees_lose_are_kept_in_pieces() {
     assert!(told == 0 && pieces >= 12 && plain >= 30, "{told} told, {pieces} in pieces, {plain} plain");
 }
 
+/// One value of α has no freedom, whatever the degree, and whatever the size: what digits are lost does not stand for freedom.
+#[test]
+fn one_value_is_too_few_at_any_degree_and_size() {
+    for degree in [3, 7, 10, 13, 16, 18, 20, 22, 24] {
+        for size in [1e-9, 1.0, 1e9] {
+            let mut knots = vec![0.0; degree + 1];
+            knots.extend([1.0, 2.0, 3.0]);
+            knots.extend(vec![4.0; degree + 1]);
+            let n = knots.len() - degree - 1;
+            let wild = |k: usize| {
+                let x = k as f64;
+                Point::new(size * (3.1 * x).sin() * 3.0, size * (5.3 * x).cos() * 2.0, size * (7.7 * x).sin())
+            };
+            let curve = Curve::new(Space::open(degree, knots).unwrap(), (0..n).map(wild).collect()).unwrap();
+            let alpha = Function::constant(Space::clamped(0, &[0.0, 4.0]).unwrap(), 1.3).unwrap();
+            let error = FineTune::new(&curve, alpha).solve().unwrap_err().to_string();
+            assert!(error.contains("α has 1 value where it needs at least 4"), "{degree} {size}: {error}");
+        }
+    }
+}
+
 /// A knot that tears a shape is told as that, whatever α is, and the pieces can be tuned.
 #[test]
 fn torn_shapes_are_told() {

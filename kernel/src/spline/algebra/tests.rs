@@ -119,6 +119,29 @@ proptest! {
     }
 
     #[test]
+    fn maps_are_maps_of_values((a, b) in two_spaces(), seed in 0..50_usize) {
+        let turn = |v: Vector| Vector::new(0.6 * v.x - 0.8 * v.y, 0.8 * v.x + 0.6 * v.y, -2.5 * v.z);
+        let along = |v: Vector| 3.0 * v.x - v.y + 0.5 * v.z;
+        let f = Function::new(a.clone(), vectors(a.len(), seed)).unwrap();
+        let (turned, number) = (f.mapped(turn).unwrap(), f.mapped(along).unwrap());
+        for u in inside(&a, &b) {
+            let value = f.value(u).unwrap();
+            prop_assert!((turned.value(u).unwrap() - turn(value)).norm() < 1e-12);
+            prop_assert!((number.value(u).unwrap() - along(value)).abs() < 1e-12);
+        }
+        let field = Field::new(a.clone(), b.clone(), vectors(a.len() * b.len(), seed)).unwrap();
+        let (turned, number) = (field.mapped(turn).unwrap(), field.mapped(along).unwrap());
+        for u in inside(&a, &a) {
+            for v in inside(&b, &b) {
+                let value = field.value(u, v).unwrap();
+                prop_assert!((turned.value(u, v).unwrap() - turn(value)).norm() < 1e-12);
+                prop_assert!((number.value(u, v).unwrap() - along(value)).abs() < 1e-12);
+            }
+        }
+        prop_assert!(f.mapped(|v| v * f64::MAX * f64::MAX).is_err());
+    }
+
+    #[test]
     fn sums_are_sums((a, b) in two_spaces(), seed in 0..50_usize) {
         let f = Function::new(a.clone(), vectors(a.len(), seed)).unwrap();
         let g = Function::new(b.clone(), vectors(b.len(), seed + 3)).unwrap();
@@ -283,6 +306,42 @@ fn closed_integrals() {
         assert!(closed.space().is_periodic());
         for u in inside(&space, &space) {
             assert!((closed.value(u).unwrap() - open.value(u).unwrap()).abs() < 1e-13);
+        }
+    }
+}
+
+/// In Bézier pieces no digit is lost at any degree: knots repeated as often as the degree, and once more.
+#[test]
+fn products_of_pieces_lose_nothing() {
+    for (p, q) in [(1, 1), (2, 7), (5, 6), (6, 6), (7, 7), (7, 18), (12, 13), (24, 1), (25, 0)] {
+        for seed in 0..8 {
+            let breakpoints = [0.0, 0.03, 1.0, 1.4, 5.0];
+            let pieces = |degree: usize, times: usize| {
+                let inner = breakpoints[1..4].iter().flat_map(|t| std::iter::repeat_n(*t, times));
+                let knots = std::iter::repeat_n(0.0, degree + 1).chain(inner);
+                let knots: Vec<f64> = knots.chain(std::iter::repeat_n(5.0, degree + 1)).collect();
+                Space::open(degree, knots).unwrap()
+            };
+            let (a, b) = (pieces(p, p + seed % 2), pieces(q, q + usize::from(q == 0 || seed % 3 == 0)));
+            let f = Function::new(a.clone(), vectors(a.len(), seed)).unwrap();
+            let g = Function::new(b.clone(), noise(b.len(), seed + 3)).unwrap();
+            let found = f.times(&g).unwrap();
+            let inner = found.total().unwrap();
+            for u in inside(&a, &b) {
+                let expected = f.value(u).unwrap() * g.value(u).unwrap();
+                let error = (found.value(u).unwrap() - expected).norm();
+                assert!(error < 1e-13 * 40.0, "{p} {q} {seed}: {error:e} at {u}");
+            }
+            // The integral by Gauss's rule of as many nodes as make it exact.
+            let (nodes, weights) = gauss_legendre((p + q) / 2 + 1);
+            let mut sum = Vector::zeros();
+            for w in breakpoints.windows(2) {
+                for (x, weight) in nodes.iter().zip(&weights) {
+                    let u = w[0] + x * (w[1] - w[0]);
+                    sum += f.value(u).unwrap() * g.value(u).unwrap() * (*weight * (w[1] - w[0]));
+                }
+            }
+            assert!((inner - sum).norm() < 1e-11, "{p} {q} {seed}: {inner} {sum}");
         }
     }
 }
