@@ -121,6 +121,30 @@ fn of_a_cube_a_tetrahedron_and_a_double_fan() {
     }
 }
 
+/// A point of more than a hundred edges costs a few seconds, and its area and volume are within what they say.
+#[test]
+fn of_a_point_of_more_than_a_hundred_edges() {
+    let plain = Plain::of(&crate::shapes::double_fan(140, 0.1));
+    let mut mesh = plain.clone();
+    let mut levels = Vec::new();
+    for _ in 0..5 {
+        mesh = mesh.refined();
+        levels.push(mesh.measures());
+    }
+    let found = catmull_clark(&plain, 8, true);
+    for k in 0..2 {
+        let [by_hand, slack] = extrapolated(&levels.iter().map(|level| level[k]).collect::<Vec<_>>());
+        let (off, size) = ((found.is[k] - by_hand).abs(), by_hand.abs());
+        assert!(
+            slack < 2e-3 * size && found.left[k] < 0.1 * size,
+            "{}: {slack:e} {:e} of {size}",
+            NAMES[k],
+            found.left[k]
+        );
+        assert!(off <= slack + found.left[k], "{}: {off:e} {slack:e} {:e}", NAMES[k], found.left[k]);
+    }
+}
+
 /// Smooth and closed, of all valences from 3 to 8, with faces of three to nine corners.
 #[test]
 fn of_smooth_closed_surfaces() {
