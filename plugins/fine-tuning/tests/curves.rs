@@ -382,6 +382,14 @@ fn parts() {
                 curve.space(),
                 tuned.curve().space()
             );
+            // From inside the derivatives are the given ones.
+            let part = |curve: &Curve, order| curve.between(a, b).unwrap().derivative(t, order).unwrap();
+            for order in 1..=usize::from(continuity).min(q + 1) {
+                let unit = scale / (b - a).powi(order as i32);
+                let off = (part(tuned.curve(), order) - part(&curve, order)).norm() / unit;
+                let digits = if curve.degree() > 7 { 1e-6 } else { [1e-10, 1e-8][order - 1] };
+                assert!(off <= digits, "{case}: order {order} at {t}: {off:e}");
+            }
             if continuity > 0 {
                 assert!((tuned.alpha().value(t).unwrap() - 1.0).abs() < 1e-12);
             }

@@ -4,8 +4,9 @@ use loftsman_fine_tuning::{Ends, FineTuneSurface, Scaling};
 use loftsman_kernel::spline::Direction::{self, U, V};
 use loftsman_kernel::spline::{Space, Surface};
 use loftsman_kernel::{Point, Vector};
+use nalgebra::Rotation3;
 
-use super::family::{Lcg, any_line, inside, places, size, slope};
+use super::family::{Lcg, any_line, any_net, any_surface, inside, places, size, slope};
 
 /// `S(u, v) = h(v) C(u) + E(v)`, with `h = 1` where it is not grown.
 fn moved(case: u64, random: &mut Lcg) -> Surface {
@@ -139,4 +140,49 @@ fn a_constant_alpha_gives_the_surface_back() {
             assert!(off <= 1e-12 * size(&surface), "{off:e}");
         }
     }
+}
+
+/// To turn, to move and to scale commutes with every kind of ends, of surfaces of all kinds and of those whose lines are alike; refusals are the same.
+#[test]
+fn similarities_commute_with_every_kind_of_ends() {
+    let (mut done, mut refused) = (0, 0);
+    for case in 0..60 {
+        let mut random = Lcg::new(case + 1300);
+        let alike = case % 2 == 1;
+        let surface = if alike { moved(case, &mut random) } else { any_surface(case) };
+        let turn = Rotation3::from_euler_angles(0.3 + case as f64, -1.1, 2.0);
+        let by = Vector::new(3.0, -2.0, 1.0) * size(&surface);
+        let factor = [1.0, 1e-6, 1e6][case as usize % 3];
+        let to = |p: &Point| Point::from((turn * p.coords + by) * factor);
+        let points = surface.points().iter().map(to).collect();
+        let other = Surface::new(surface.u().clone(), surface.v().clone(), points).unwrap();
+        let line = any_line(&surface, U, &mut random);
+        let many = 3 * (surface.v().degree() + 1) * (surface.v().breakpoints().len() - 1) + 5;
+        let net = any_net(&surface, [many.min(40), 3], [1, 1], &mut random);
+        for (k, ends) in
+            [Ends::Exact, Ends::Free, Ends::Position, Ends::Tangent, Ends::Curvature].into_iter().enumerate()
+        {
+            let scaling = if k == 0 { Scaling::along(U, net.clone()) } else { Scaling::u(line.clone()) };
+            let tuned = |surface: &Surface| {
+                FineTuneSurface::new(surface, scaling.clone()).ends_along(U, ends).any_sign().solve()
+            };
+            match (tuned(&surface), tuned(&other)) {
+                (Ok(one), Ok(two)) => {
+                    done += 1;
+                    // What rounding ill-conditioned equations make larger.
+                    let condition = one.report().solved[0].as_ref().map_or(1.0, |solved| solved.condition);
+                    let digits = (f64::EPSILON * condition).max(1e-9);
+                    for (u, v) in places(&surface) {
+                        let expected = to(&one.surface().point(u, v).unwrap());
+                        let off = (two.surface().point(u, v).unwrap() - expected).norm() / size(&other);
+                        assert!(off < digits, "{case} {ends:?}: {off:e} at {u} {v}, condition {condition:e}");
+                    }
+                }
+                (Err(_), Err(_)) => refused += 1,
+                (one, two) => panic!("{case} {ends:?}: {:?} {:?}", one.err(), two.err()),
+            }
+        }
+    }
+    println!("{done} done, {refused} refused");
+    assert!(done >= 150, "{done} done, {refused} refused");
 }
