@@ -17,7 +17,7 @@ fn it_is_a_shape() {
     let mut count = 0;
     for (name, cage) in crate::shapes::all() {
         // Derivatives across boundaries are splines only where these are regular.
-        let irregular = name.contains("one face") || name.contains("fan of");
+        let irregular = name.contains("one face") || name.contains("fan of") || name == "cube with a hole";
         if irregular && !name.contains("double") && !name.contains("fan of 4 faces of 4") {
             continue;
         }

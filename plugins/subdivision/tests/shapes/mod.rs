@@ -172,6 +172,27 @@ pub(crate) fn all() -> Vec<(String, Cage)> {
             ));
         }
     }
+    // Points of many edges; creases and sharp vertices of open cages, from the boundary and along it; holes.
+    for n in [20, 33] {
+        all.push((format!("fan of {n} faces of 4"), fan(n, 4, true, 0.1)));
+        all.push((format!("open fan of {n} of 4"), fan(n, 4, false, 0.1)));
+    }
+    for sharpness in [0.4, 2.5, f64::INFINITY] {
+        let net = grid(5, 6, [false, false], 0.3);
+        let creased = [(8, 14), (14, 15), (2, 8)]
+            .iter()
+            .try_fold(net.clone(), |cage, &(a, b)| cage.with_crease(a, b, sharpness))
+            .unwrap();
+        all.push((format!("grid with a crease of {sharpness} from its boundary"), creased));
+        let sharp = net.with_corner(2, sharpness).and_then(|cage| cage.with_corner(15, sharpness)).unwrap();
+        all.push((format!("grid with sharp vertices of {sharpness}"), sharp.clone()));
+        all.push((
+            format!("grid with sharp vertices of {sharpness}, no corners"),
+            sharp.with_boundary(BoundaryRule::EdgeOnly),
+        ));
+    }
+    all.push(("cube with a hole".to_owned(), cube().with_hole(2).unwrap()));
+    all.push(("grid with a hole".to_owned(), grid(5, 6, [false, false], 0.3).with_hole(7).unwrap()));
     all
 }
 
