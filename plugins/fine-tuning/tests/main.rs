@@ -2,6 +2,7 @@
 
 mod bends;
 mod curves;
+mod jagged;
 mod motions;
 mod numbers;
 mod operation;
