@@ -15,6 +15,7 @@ mod changes;
 mod closest;
 mod deviation;
 pub(crate) mod elsewhere;
+mod failed;
 mod inputs;
 mod merge;
 mod parse;

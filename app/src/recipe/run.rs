@@ -4,8 +4,8 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 
 use loftsman_kernel::plugin::{
-    Chord, Clock, Context, FormatDeclaration, Mark, NoClock, Observer, OperationError, Parameters, Quiet,
-    Registry, Source, StepReport, WriteOptions, hint,
+    Chord, Clock, Context, FormatDeclaration, Mark, NoClock, Observer, Parameters, Quiet, Registry, Source,
+    StepReport, WriteOptions, hint,
 };
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
 use serde_json::Value;
@@ -15,15 +15,15 @@ use super::aftermath::Beforehand;
 use super::changes::{self, Known};
 use super::closest;
 use super::elsewhere;
+use super::failed::{advised, step_error};
 use super::inputs::Inputs;
 use super::merge;
 use super::report::{InputReport, OutputReport, RunReport};
 use super::within::{Lifted, UNIQUE};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::file::output::format_for;
 use crate::file::{Input, Outputs, Produced, Sequence};
 use crate::picture;
-use crate::recipe_error::RecipeError;
 
 /// Runs recipes: with which registry, watched by whom, with which clock and solver.
 #[derive(Clone)]
@@ -407,46 +407,6 @@ fn remember(before: &mut Scene, scene: &Scene) -> Result<()> {
     }
     before.retain(|o| scene.get(o.name()).is_some() || matches!(o.geometry(), Geometry::Group));
     Ok(())
-}
-
-fn step_error(
-    recipe: &Recipe,
-    number: usize,
-    op: &str,
-    parameters: &Parameters,
-    error: OperationError,
-) -> Error {
-    let mut located = match &error {
-        OperationError::Parameter(e) => RecipeError::at(&recipe.name, &e.path, &e.problem),
-        other => {
-            let problem = other.to_string();
-            // What begins with the object's name needs no second one.
-            let named = |object: &&str| problem.starts_with(&format!("\"{object}\": "));
-            let object = parameters.text("object").ok().filter(|object| !named(object));
-            let object = object.map(|object| format!(" of \"{object}\"")).unwrap_or_default();
-            RecipeError::at(&recipe.name, format!("step[{number}]"), format!("{op}{object}: {problem}"))
-        }
-    };
-    located.cause = Some(error);
-    recipe.text.locate(located).into()
-}
-
-/// The same error with a way out where an operation does not take a plug-in's shape of which another one makes splines.
-fn advised(error: Error, scene: &Scene, parameters: &Parameters) -> Error {
-    let Ok(name) = parameters.text("object") else { return error };
-    let made = match scene.get(name).map(Object::geometry) {
-        Some(Geometry::Custom(custom)) => custom.made_splines_by(),
-        _ => None,
-    };
-    match (made, error) {
-        (Some(operation), Error::Recipe(mut located))
-            if located.problem.contains(&format!("\"{name}\" is a ")) =>
-        {
-            located.problem.push_str(&format!("; {operation} makes splines of it, tessellate a mesh"));
-            Error::Recipe(located)
-        }
-        (_, error) => error,
-    }
 }
 
 #[cfg(test)]

@@ -358,20 +358,16 @@ impl FineTune {
     }
 }
 
-/// The same curve in Bézier pieces: every knot as often as the degree.
+/// The same curve in Bézier pieces; a closed one stays closed.
 fn in_pieces(curve: &Curve) -> Result<Curve> {
     let (space, degree) = (curve.space(), curve.degree());
-    let (start, end) = curve.domain();
-    let lacking = |t: f64| {
-        let ends = !space.is_periodic() && (t == start || t == end);
-        // Around a period both ends are one knot.
-        let again = space.is_periodic() && t == end;
-        let times = if ends || again { 0 } else { degree.saturating_sub(space.multiplicity(t)) };
-        std::iter::repeat_n(t, times)
-    };
-    let missing: Vec<f64> = space.breakpoints().into_iter().flat_map(lacking).collect();
-    let clamped = if space.is_periodic() { curve.clone() } else { curve.to_clamped()? };
-    Ok(clamped.insert_knots(&missing)?)
+    if !space.is_periodic() {
+        return Ok(curve.bezier_form()?);
+    }
+    // Around a period both ends are one knot.
+    let once = space.breakpoints().into_iter().filter(|t| *t < space.domain().1);
+    let lacking = |t: f64| std::iter::repeat_n(t, degree.saturating_sub(space.multiplicity(t)));
+    Ok(curve.insert_knots(&once.flat_map(lacking).collect::<Vec<_>>())?)
 }
 
 /// What there is to say of corners where a tuned part meets the rest, which is as the given part is.

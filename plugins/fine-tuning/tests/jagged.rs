@@ -7,17 +7,7 @@ use loftsman_kernel::Point;
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::spline::{Curve, Space};
 
-use crate::curves::{any_alpha, any_curve, size};
-
-/// Numbers of a fixed sequence, in [0, 1).
-struct Lcg(u64);
-
-impl Lcg {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
+use crate::curves::{Lcg, any_alpha, any_curve, size};
 
 /// Control points one way and back, each now and then the one before once more, or a hundred times as far away.
 fn jagged(count: usize, seed: u64) -> Vec<Point> {

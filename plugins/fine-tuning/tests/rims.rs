@@ -342,6 +342,39 @@ fn digits_that_high_degrees_lose_are_kept_in_pieces() {
     assert!(told == 0 && pieces >= 12 && plain >= 30, "{told} told, {pieces} in pieces, {plain} plain");
 }
 
+/// The same of closed curves, which stay closed.
+#[test]
+fn closed_curves_of_high_degree_keep_their_digits() {
+    let mut pieces = 0;
+    for degree in [13, 16, 20, 23] {
+        let space = Space::periodic_uniform(degree, degree + 4).unwrap();
+        let end = space.domain().1;
+        let n = space.len();
+        let ring = |k: usize| {
+            let (sin, cos) = (std::f64::consts::TAU * k as f64 / n as f64).sin_cos();
+            Point::new(cos, sin, 0.3 * (2.7 * k as f64).sin())
+        };
+        let curve = Curve::new(space, (0..n).map(ring).collect()).unwrap();
+        let alphas = Space::periodic_uniform(1, 8).unwrap();
+        let knots = alphas.knots().iter().map(|t| t / 8.0 * end).collect();
+        let values = (0..8).map(|k| 0.8 + 0.05 * f64::from(k * 5 % 8)).collect();
+        let alpha = Function::new(Space::periodic(1, knots).unwrap(), values).unwrap();
+        let tuned = FineTune::new(&curve, alpha).solve().unwrap();
+        assert!(tuned.curve().is_periodic());
+        let (mut off, mut size) = (0.0_f64, 0.0_f64);
+        for k in 0..997 {
+            let t = end * (f64::from(k) + 0.31) / 997.0;
+            let wanted = curve.derivative(t, 1).unwrap() * tuned.alpha().value(t).unwrap();
+            off = off.max((tuned.curve().derivative(t, 1).unwrap() - wanted).norm());
+            size = size.max(wanted.norm());
+        }
+        let notes = &tuned.report().notes;
+        assert!(off < 1.5e-10 * size, "{degree}: {:e} {notes:?}", off / size);
+        pieces += usize::from(notes.iter().any(|note| note.contains("in Bézier pieces")));
+    }
+    assert!(pieces >= 1, "{pieces}");
+}
+
 /// One value of α has no freedom, whatever the degree, and whatever the size: what digits are lost does not stand for freedom.
 #[test]
 fn one_value_is_too_few_at_any_degree_and_size() {

@@ -203,6 +203,11 @@ impl Topology {
         self.pairing().twin(half)
     }
 
+    /// Finds the edges now, by all threads, where they are deferred: what goes on to ask for them on many threads begins with this.
+    pub(crate) fn find_edges_now(&self) {
+        self.pairing.find_now();
+    }
+
     /// Edges and half-edges, found now where that is not done.
     #[inline]
     fn pairing(&self) -> &Pairing {
@@ -216,15 +221,31 @@ impl Topology {
     }
 }
 
+/// Whether work may be done side by side, where there is much.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Threads {
+    All,
+    /// For what others wait for: whoever waits for other threads meanwhile may be given what waits for him.
+    One,
+}
+
 /// `work` on every index below `count`, several results each, one after the other.
-fn flat<const N: usize>(count: usize, work: impl Fn(u32) -> [u32; N] + Sync + Send) -> Vec<u32> {
-    many(count, |k| work(k as u32)).into_flattened()
+fn flat<const N: usize>(
+    threads: Threads,
+    count: usize,
+    work: impl Fn(u32) -> [u32; N] + Sync + Send,
+) -> Vec<u32> {
+    many(threads, count, |k| work(k as u32)).into_flattened()
 }
 
 /// Fewer than these are done before other threads would have begun.
 const MANY: usize = 1 << 12;
 
-/// `work` on every index below `count`, side by side where they are many.
-fn many<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync + Send) -> Vec<R> {
-    if count < MANY { (0..count).map(work).collect() } else { parallel::map(count, work) }
+/// `work` on every index below `count`, side by side where they are many and may be.
+fn many<R: Send>(threads: Threads, count: usize, work: impl Fn(usize) -> R + Sync + Send) -> Vec<R> {
+    if count < MANY || threads == Threads::One {
+        (0..count).map(work).collect()
+    } else {
+        parallel::map(count, work)
+    }
 }

@@ -74,6 +74,7 @@ pub(crate) fn limit_position(cage: &Cage, vertex: usize) -> Result<Stencil> {
 /// # Errors
 /// As for [`limit_stencils`].
 pub fn all_limit_stencils(cage: &Cage) -> Result<Vec<LimitStencils>> {
+    cage.topology().find_edges_now();
     let count = cage.points().len();
     if is_uniform(cage) {
         return Ok(parallel::map(count, |vertex| rows(cage, vertex, 0)));
@@ -128,6 +129,7 @@ pub(super) fn even_position(cage: &Cage, vertex: usize) -> Row {
 /// # Errors
 /// When knot intervals leave a vertex without a limit, as for [`limit_stencils`].
 pub fn limit_points(cage: &Cage) -> Result<Vec<Point>> {
+    cage.topology().find_edges_now();
     if !is_uniform(cage) {
         let weights = Weights::new(cage);
         let point = |vertex| Ok(Point::from(applied(&uneven::position(&weights, vertex)?, cage)));
@@ -166,6 +168,7 @@ fn frames(
     count: usize,
     vertex: impl Fn(usize) -> usize + Sync + Send,
 ) -> Result<Vec<LimitFrame>> {
+    cage.topology().find_edges_now();
     if !is_uniform(cage) {
         let weights = Weights::new(cage);
         let frame = |k| {

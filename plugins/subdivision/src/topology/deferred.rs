@@ -1,8 +1,8 @@
 //! Edges that are found when they are first asked for: those of the finest level of a refinement seldom are.
 
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use super::Topology;
+use super::{Threads, Topology};
 
 /// Which half-edges make which edge, and which leaves which vertex.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -41,16 +41,34 @@ impl Deferred {
         Self { found: OnceLock::new(), parent: Mutex::new(Some(Arc::clone(parent))) }
     }
 
-    /// What is found already, or now.
+    /// What is found already, or now: by the thread that asks alone, for others that ask meanwhile wait for it, and one that waited for these could never end.
     #[inline]
     pub(super) fn get(&self) -> &Pairing {
-        self.found.get_or_init(|| self.find())
+        self.found.get_or_init(|| {
+            let pairing = self.find(Threads::One);
+            self.parent().take();
+            pairing
+        })
+    }
+
+    /// Finds it by all threads. Nobody waits for it: who asks meanwhile finds it, too, and the first is kept, which is the same.
+    pub(super) fn find_now(&self) {
+        if self.found.get().is_none() {
+            let pairing = self.find(Threads::All);
+            // Found by somebody else, meanwhile.
+            let _ = self.found.set(pairing);
+        }
+        self.parent().take();
     }
 
     #[cold]
-    fn find(&self) -> Pairing {
-        let parent = self.parent.lock().unwrap_or_else(PoisonError::into_inner).take();
-        parent.map(|parent| parent.split_pairing()).unwrap_or_default()
+    fn find(&self, threads: Threads) -> Pairing {
+        let parent = self.parent().clone();
+        parent.map(|parent| parent.split_pairing(threads)).unwrap_or_default()
+    }
+
+    fn parent(&self) -> MutexGuard<'_, Option<Arc<Topology>>> {
+        self.parent.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The bytes of what is found.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::build::check_room;
-use super::{Deferred, NONE, Pairing, Topology, flat, many};
+use super::{Deferred, NONE, Pairing, Threads, Topology, flat, many};
 use crate::error::Result;
 
 impl Topology {
@@ -16,12 +16,13 @@ impl Topology {
     /// When 32 bits cannot count what would be there.
     pub fn split(&self) -> Result<Self> {
         let mut child = self.split_corners()?;
-        child.pairing = self.split_pairing().into();
+        child.pairing = self.split_pairing(Threads::All).into();
         Ok(child)
     }
 
     /// [`split`](Self::split), whose edges are found when they are first asked for.
     pub(crate) fn split_deferred(self: &Arc<Self>) -> Result<Self> {
+        self.find_edges_now();
         let mut child = self.split_corners()?;
         child.pairing = Deferred::split_of(self);
         Ok(child)
@@ -34,7 +35,7 @@ impl Topology {
         check_room("vertices", vertices + edges + self.face_count())?;
         let (v, e) = (vertices as u32, edges as u32);
         let edge_of = &self.pairing().edge_of;
-        let child_corners = flat(corners, |h| {
+        let child_corners = flat(Threads::All, corners, |h| {
             let before = self.previous(h) as usize;
             [self.origin(h), v + edge_of[h as usize], v + e + self.face_of(h), v + edge_of[before]]
         });
@@ -48,18 +49,18 @@ impl Topology {
     }
 
     /// The edges of the split.
-    pub(super) fn split_pairing(&self) -> Pairing {
+    pub(super) fn split_pairing(&self, threads: Threads) -> Pairing {
         let (vertices, edges, corners) = (self.vertex_count(), self.edge_count(), self.corner_count());
         let e = edges as u32;
         let own = self.pairing();
-        let edge_of = flat(corners, |h| {
+        let edge_of = flat(threads, corners, |h| {
             let before = self.previous(h);
             let (along, back) = (own.edge_of[h as usize], own.edge_of[before as usize]);
             let at_start = u32::from(own.edges[along as usize][0] != h);
             let at_end = u32::from(own.edges[back as usize][0] == before);
             [2 * along + at_start, 2 * e + h, 2 * e + before, 2 * back + at_end]
         });
-        let child_edges = many(2 * edges + corners, |k| {
+        let child_edges = many(threads, 2 * edges + corners, |k| {
             let k = k as u32;
             if k >= 2 * e {
                 let h = k - 2 * e;
@@ -71,7 +72,7 @@ impl Topology {
                 if other == NONE { (NONE, NONE) } else { (4 * other, 4 * self.next(other) + 3) };
             if k.is_multiple_of(2) { [starts, back_ends] } else { [ends, back_starts] }
         });
-        let leaving = many(vertices + edges + self.face_count(), |k| {
+        let leaving = many(threads, vertices + edges + self.face_count(), |k| {
             if k < vertices {
                 4 * own.leaving[k]
             } else if k < vertices + edges {
@@ -106,13 +107,41 @@ mod tests {
             );
             assert!(parent.upgrade().is_some() && later.bytes() < at_once.bytes());
             std::thread::scope(|threads| {
-                for _ in 0..4 {
-                    threads.spawn(|| assert_eq!(later.twin(0), at_once.twin(0)));
+                for thread in 0..6 {
+                    let (later, at_once) = (&later, &at_once);
+                    threads.spawn(move || {
+                        if thread % 3 == 0 {
+                            later.find_edges_now();
+                        }
+                        assert_eq!(later.twin(0), at_once.twin(0));
+                    });
                 }
             });
             assert!(parent.upgrade().is_none() && later.bytes() == at_once.bytes());
             assert_eq!(*later, at_once);
             assert_eq!(Topology::clone(&later), at_once);
+        }
+    }
+
+    /// Work side by side that asks for edges nobody has found has the right ones, whoever asks first.
+    #[test]
+    fn many_threads_may_ask_first() {
+        use loftsman_kernel::parallel;
+        let corners = vec![0, 3, 2, 1, 0, 1, 5, 4, 1, 2, 6, 5, 2, 3, 7, 6, 3, 0, 4, 7, 7, 4, 5, 6];
+        let mut cube = Arc::new(Topology::new(8, corners, &[0, 4, 8, 12, 16, 20, 24]).unwrap());
+        for _ in 0..6 {
+            cube = Arc::new(cube.split_deferred().unwrap());
+        }
+        // Work that asks for nothing, for threads to take from one another while one of them finds the edges.
+        let busy = |k: usize| (0..200 + k % 50).fold(k as f64, |x, _| (x + 1.0).sqrt());
+        for round in 0..10 {
+            let finest = Arc::new(cube.split_deferred().unwrap());
+            let valences = parallel::map(4000, |k| {
+                let asks = (k + round).is_multiple_of(41);
+                let others: f64 = parallel::map(16, |j| busy(16 * k + j)).into_iter().sum();
+                if asks { (k, finest.valence(k)) } else { (usize::from(others < 0.0), 3) }
+            });
+            assert!(valences.iter().all(|(k, valence)| *valence == if *k < 8 { 3 } else { 4 }));
         }
     }
 
