@@ -167,7 +167,8 @@ impl<'a> Picture<'a> {
         self
     }
 
-    /// Whether parameters are written beside curves, and on surfaces those of lines of equal `u` and `v`, where these are seen; they are not
+    /// Whether parameters are written beside curves, and on surfaces those of lines of equal `u` and `v`, and the numbers of vertices of meshes, polylines and
+    /// cages (of 500 at most), where these are seen; they are not
     /// unless asked for. What has no room, or is out of sight, is counted in the legend.
     #[must_use]
     pub fn parameters(mut self, on: bool) -> Self {

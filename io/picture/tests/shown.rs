@@ -3,11 +3,12 @@
 
 use crate::drawn::Drawn;
 use loftsman_kernel::mesh::{Cloud, Layer, Mesh, Polyline};
-use loftsman_kernel::plugin::{Mark, MarkKind};
+use loftsman_kernel::plugin::{CustomShape, Mark, MarkKind};
 use loftsman_kernel::scene::{Definition, Geometry, Object, Scene};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use loftsman_picture::{Beads, Combs, Curvature, Faces, Panel, Picture, View};
+use loftsman_subdivision::{Cage, SubdivisionSurface};
 use nalgebra::Matrix4;
 use roxmltree::Document;
 
@@ -217,10 +218,7 @@ fn parameters_without_a_label_are_counted() {
     let notes =
         |svg: &str| texts(svg).into_iter().filter(|text| text.contains("no room")).collect::<Vec<_>>();
     let one = notes(&picture.drawn());
-    assert!(
-        one.len() == 1 && one[0].starts_with("parameters for whose labels there is no room: "),
-        "{one:?}"
-    );
+    assert!(one.len() == 1 && one[0].starts_with("labels for which there is no room: "), "{one:?}");
     assert!(!one[0].contains("drawing"), "{one:?}");
     let panels = [Panel::view(View::Top), Panel::view(View::Top).caption("above").objects(["00"])];
     let two = notes(&picture.clone().panels(panels).drawn());
@@ -229,6 +227,39 @@ fn parameters_without_a_label_are_counted() {
     let sides = [Panel::view(View::Top), Panel::view(View::Perspective).objects(["00"])];
     let named = notes(&picture.panels(sides).drawn());
     assert!(named[0].contains("in \"from above\"") && !named[0].contains("drawing"), "{named:?}");
+}
+
+/// Vertices of meshes, polylines and cages have their numbers where they are seen; of very many it is said that they have none.
+#[test]
+fn vertices_are_numbered() {
+    let corner = |k: usize| Point::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
+    let corners: Vec<Point> = (0..8).map(corner).collect();
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let mesh = Geometry::from(Mesh::new(corners.clone(), &quads).unwrap());
+    let cage = Geometry::from(CustomShape::from(
+        SubdivisionSurface::new(Cage::new(corners.clone(), &quads).unwrap()).unwrap(),
+    ));
+    let line = Geometry::from(Polyline { points: corners, closed: false });
+    let of = |geometry: Geometry| {
+        let svg = Picture::of(&scene_of(geometry)).view(View::Isometric).parameters(true).drawn();
+        let mut found: Vec<usize> = labels(&svg).iter().filter_map(|label| label.parse().ok()).collect();
+        found.sort_unstable();
+        (found, texts(&svg).join("\n"))
+    };
+    // Of a cube seen from a corner seven are seen; a cage stands round its surface, and through lines everything is seen: in the middle of
+    // the page two of them are one place.
+    let (found, words) = of(mesh);
+    assert!(found.len() == 7 && words.contains("out of sight: 1 of s"), "{found:?} {words}");
+    let (found, words) = of(cage);
+    assert!(
+        found.len() >= 7 && words.contains("the numbers are those of its control vertices"),
+        "{found:?} {words}"
+    );
+    let (found, words) = of(line);
+    assert!(found.len() >= 6 && !words.contains("out of sight"), "{found:?} {words}");
+    let many = (0..501).map(|k| Point::new(f64::from(k), 0.0, 0.0)).collect();
+    let (found, words) = of(Polyline { points: many, closed: false }.into());
+    assert!(found.is_empty() && words.contains("its 501 vertices are too many to be numbered"), "{words}");
 }
 
 /// The parameters of a trimmed surface are on what is left of it.
@@ -265,7 +296,7 @@ fn parameters_of_a_trimmed_surface_are_where_it_is_drawn() {
         );
     }
     assert_eq!(labels(&svg).len(), 8, "{:?}", labels(&svg));
-    assert!(texts(&svg).iter().any(|text| text == "parameters out of sight: 4 of s"), "{:?}", texts(&svg));
+    assert!(texts(&svg).iter().any(|text| text == "labels out of sight: 4 of s"), "{:?}", texts(&svg));
 }
 
 /// An arrow on a face of its colour has paper around it; without faces there is nothing to stand out from.

@@ -99,7 +99,7 @@ pub(crate) fn solve(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &Asked<'_
     // From 1 to what was asked, and from there back to what came.
     let wanted = apart(&vec![1.0; alpha.coefficients().len()], alpha.coefficients());
     let held = asked.constraints.iter().any(|c| matches!(c.functional().location(), Some((1, _))));
-    report.notes.extend(undone(change, wanted, held));
+    report.notes.extend(undone(change, wanted, held, values));
     Ok(Found { curve, alpha: found, report, change, values })
 }
 
@@ -406,7 +406,13 @@ impl<'a> Problem<'a> {
         } else {
             self.asked.continuity.into_iter().map(usize::from).sum()
         };
-        dimensions(self.asked.given) * (1 + self.asked.through.len()) + slopes
+        dimensions(self.asked.given) * (1 + self.asked.through.len()) + slopes + self.values_held()
+    }
+
+    /// How many values of α are asked for.
+    fn values_held(&self) -> usize {
+        let held = |c: &&Constraint| matches!(c.functional().location(), Some((1, _)));
+        self.asked.constraints.iter().filter(held).count()
     }
 
     /// What is asked of the ends and between them, for people.
@@ -417,6 +423,11 @@ impl<'a> Problem<'a> {
             0 => {}
             1 => asked.push("a point to pass through".into()),
             more => asked.push(format!("{more} points to pass through")),
+        }
+        match self.values_held() {
+            0 => {}
+            1 => asked.push("a value of α".into()),
+            more => asked.push(format!("{more} values of α")),
         }
         let order = |level: u8| ["", "first derivatives", "first and second derivatives"][usize::from(level)];
         match self.asked.continuity {

@@ -4,6 +4,7 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::solve::Symmetric;
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::spline::{Curve, Direction, Space};
+use loftsman_kernel::text::short;
 
 use crate::error::Result;
 use crate::lift::Alpha;
@@ -115,18 +116,25 @@ fn apart(first: &Alpha, values: &[f64]) -> Result<f64> {
     Ok(mean(&mass(first)?, first.values(), values, first.along().length() * across))
 }
 
-/// What there is to say where α was changed by so much from one that was asked for so far from 1; and whether it is held somewhere.
-pub(crate) fn undone(change: f64, asked: f64, held: bool) -> Option<String> {
-    let is_undone = asked > 1e-9 && change > 0.5 * asked;
-    let hold = if held {
-        ", or tune a longer range"
+/// What there is to say where α was changed by so much from one that was asked for so far from 1; whether it is held somewhere, and its smallest and largest
+/// value now.
+pub(crate) fn undone(change: f64, asked: f64, held: bool, [least, most]: [f64; 2]) -> Option<String> {
+    if !(asked > 1e-9 && change > 0.5 * asked) {
+        return None;
+    }
+    if !held && most - least <= 1e-9 * least.abs().max(most.abs()) {
+        return Some(format!(
+            "of what was asked a factor of {} is left and nothing else, so that the ends stay: alpha has too few values for more; give it more knots, or tune a \
+             longer range",
+            short(most)
+        ));
+    }
+    Some(if held {
+        "alpha is what was asked where it is held; elsewhere more than half of it is undone so that the ends stay: give alpha more knots, or tune a longer range"
+            .to_owned()
     } else {
-        ", tune a longer range, or hold it where it matters (alpha_at)"
-    };
-    is_undone.then(|| {
-        format!(
-            "more than half of what was asked is undone so that the ends stay: give alpha more knots{hold}"
-        )
+        "more than half of what was asked is undone so that the ends stay: give alpha more knots, tune a longer range, or hold it where it matters (alpha_at)"
+            .to_owned()
     })
 }
 

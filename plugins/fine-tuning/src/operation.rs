@@ -164,6 +164,7 @@ impl Operation for FineTuneOperation {
         let (range, ends) = (range(parameters)?, ends(parameters)?);
         check_solved(parameters, ends)?;
         let alpha = alpha(parameters, "alpha", &curve, range, ends)?;
+        let over = alpha.space().clone();
         let mut tune = FineTune::new(&curve, alpha).ends(ends);
         if let Some((a, b)) = range {
             tune = tune.between(a, b);
@@ -180,14 +181,14 @@ impl Operation for FineTuneOperation {
         let mut asked = Vec::new();
         for place in places(parameters, "through")? {
             let (at, to) = (place.number("at")?, place.point("to")?);
+            curve.space().locate(at).map_err(|error| place.error("at", error.to_string()))?;
             asked.push(position(at).to(to));
             tune = tune.through(at, to);
         }
         for (k, place) in places(parameters, "alpha_at")?.iter().enumerate() {
-            let value = position(over_the_seam(place.number("at")?, &curve, range))
-                .on(1)
-                .axis(Axis::X)
-                .to(alpha_there(parameters, place)?);
+            let at = over_the_seam(place.number("at")?, &curve, range);
+            over.locate(at).map_err(|error| place.error("at", error.to_string()))?;
+            let value = position(at).on(1).axis(Axis::X).to(alpha_there(parameters, place)?);
             tune = tune.ask(value.called(&format!("alpha_at[{k}]")));
         }
         let mut names = SceneShapes::new(scene, &object)?;

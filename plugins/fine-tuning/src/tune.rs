@@ -52,7 +52,8 @@ impl FineTuneSurface {
             let change = change(&first, &found)?;
             report.change[index(direction)] = change;
             if change > 0.0
-                && let Some(words) = undone(change, measure::asked(&first)?, !self.pinned.is_empty())
+                && let Some(words) =
+                    undone(change, measure::asked(&first)?, !self.pinned.is_empty(), found.extremes()?)
             {
                 report.notes.push(format!("along {}, {words}", name(direction)));
             }

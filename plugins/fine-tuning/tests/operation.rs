@@ -310,6 +310,58 @@ fn springs_in_recipes() {
     assert!(error.contains('9'), "{error}");
 }
 
+/// What is held at places: a place that is none is named by its entry, and of too many values it is said how many α needs; where little is left of what was asked,
+/// what that is.
+#[test]
+fn what_is_held_and_what_is_left_are_said() {
+    let points: Vec<Point> =
+        (0..8).map(|k| f64::from(k)).map(|t| Point::new(t, (1.3 * t).sin(), 0.0)).collect();
+    let open = Curve::new(Space::clamped_uniform(3, 8).unwrap(), points).unwrap();
+    let scene_of = |curve: &Curve| {
+        let mut scene = Scene::new();
+        scene.add(Object::new("c", curve.clone().into())).unwrap();
+        scene
+    };
+    let tuned = |curve: &Curve, fields: Value| run(&mut scene_of(curve), fields);
+    let places = |all: &[(f64, f64)]| -> Vec<Value> {
+        all.iter().map(|(at, to)| json!({ "at": at, "to": to })).collect()
+    };
+    let error =
+        tuned(&open, json!({ "alpha": 2, "alpha_at": places(&[(1.0, 2.0), (9.0, 1.0)]) })).unwrap_err();
+    assert!(
+        error.to_string().starts_with("step[0].alpha_at[1].at: 9 is outside the domain [0, 5]"),
+        "{error}"
+    );
+    let error = tuned(&open, json!({ "alpha": 2, "through": [{ "at": 5.5, "to": [1, 1, 0] }] })).unwrap_err();
+    assert!(error.to_string().starts_with("step[0].through[0].at: 5.5 is outside the domain"), "{error}");
+    // Two equations for the end and one for each value: seven values of α meet five of them and no sixth.
+    let at = |count: usize| -> Vec<(f64, f64)> {
+        (0..count).map(|k| (0.5 + 0.75 * k as f64, 1.0 + 0.1 * (k % 3) as f64)).collect()
+    };
+    let alpha = json!([1, 2, 1, 2, 1, 2, 1]);
+    let fields = |count: usize| json!({ "alpha": alpha, "any_sign": true, "alpha_at": places(&at(count)) });
+    let report = tuned(&open, fields(5)).unwrap();
+    let is_held = |note: &String| {
+        note.starts_with("alpha is what was asked where it is held; elsewhere more than half")
+    };
+    assert!(report.notes.iter().any(is_held), "{report:?}");
+    let error = tuned(&open, fields(6)).unwrap_err().to_string();
+    assert!(
+        error.contains("6 values of α: these are 8 equations, and α has 7 values where it needs at least 8"),
+        "{error}"
+    );
+    // A closed curve of three values has one factor, which closes it.
+    let ring = |k: usize| {
+        let (sin, cos) = (std::f64::consts::TAU * k as f64 / 3.0).sin_cos();
+        Point::new(cos, sin, 0.0)
+    };
+    let closed = Curve::new(Space::periodic_uniform(2, 3).unwrap(), (0..3).map(ring).collect()).unwrap();
+    let report = tuned(&closed, json!({ "alpha": [1, 2, 1.2] })).unwrap();
+    let is_factor =
+        |note: &String| note.starts_with("of what was asked a factor of 1.4 is left and nothing else");
+    assert!(report.notes.iter().any(is_factor), "{report:?}");
+}
+
 /// Surfaces: along one direction or both, parts, and what is missing is said.
 #[test]
 fn surfaces_in_recipes() {

@@ -74,8 +74,13 @@ pub(crate) fn together(mesh: &Mesh) -> Result<Together> {
 impl Together {
     /// What was done, in words, to go on with.
     pub(crate) fn told(&self) -> String {
-        let merged =
-            format!("; {} that lay where another is made one with it", counted(self.merged, "vert[ex|ices]"));
+        let merged = match self.merged {
+            0 => "; no vertex is made one with another".to_owned(),
+            merged => format!(
+                "; {} made one with another in the same place",
+                counted(merged, "vert[ex is|ices are]")
+            ),
+        };
         let Some((vertices, at)) = self.apart.first() else { return merged };
         let last = vertices.len() - 1;
         let numbers: Vec<String> = vertices.iter().map(usize::to_string).collect();

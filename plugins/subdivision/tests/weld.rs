@@ -29,7 +29,10 @@ fn vertices_in_one_place_are_welded() {
     let report = run(&mut apart, json!({ "object": "cube" })).unwrap();
     assert!(report.notes[0].contains("weld = true"), "{report:?}");
     let report = run(&mut all, json!({ "object": "cube", "weld": true })).unwrap();
-    assert!(report.notes[0].contains("16 vertices that lay where another is made one with it"), "{report:?}");
+    assert!(
+        report.notes[0].contains("16 vertices are made one with another in the same place"),
+        "{report:?}"
+    );
     let mut plain = scene();
     run(&mut plain, json!({ "object": "cube" })).unwrap();
     let sorted = |scene: &Scene| {
@@ -85,9 +88,9 @@ fn fans_keep_vertices_of_their_own() {
         faces.iter().map(|f| f.iter().map(|&v| if v == 8 { 7 } else { v }).collect()).collect();
     // As it is, every face by itself, and with one vertex for both cubes.
     let meshes = [
-        (Mesh::new(points.clone(), &faces).unwrap(), "; 0 vertices that lay", "7 and 15"),
-        (split(&points, &faces), "; 32 vertices that lay", "6 and 15"),
-        (split(&points, &joined), "; 32 vertices that lay", "6 and 15"),
+        (Mesh::new(points.clone(), &faces).unwrap(), "; no vertex is made one with another", "7 and 15"),
+        (split(&points, &faces), "; 32 vertices are made one with another", "6 and 15"),
+        (split(&points, &joined), "; 32 vertices are made one with another", "6 and 15"),
     ];
     for (mesh, merged, numbers) in meshes {
         let mut all = of(mesh);

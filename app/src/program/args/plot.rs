@@ -40,7 +40,8 @@ pub(crate) struct PlotArgs {
     /// Show the segments of curves dark and light in turn.
     #[arg(long)]
     pub(crate) segments: bool,
-    /// Write parameters beside curves and those of lines of equal u and v on surfaces: what `at` takes in a recipe.
+    /// Write parameters beside curves and those of lines of equal u and v on surfaces, and the numbers of vertices of meshes, polylines and cages: what
+    /// recipes take.
     #[arg(long)]
     pub(crate) parameters: bool,
     /// What the colours of faces show: shaded, zebra, mean, gaussian, maximum or minimum curvature, or deviation (from

@@ -1,17 +1,19 @@
 //! How far a shape is from what it was.
 
+mod cells;
 mod furthest;
 #[cfg(test)]
 pub(super) mod tests;
 
-use loftsman_kernel::functional::Shapes;
+use std::cell::Cell;
+
 use loftsman_kernel::nalgebra::Matrix3;
 use loftsman_kernel::scene::Geometry;
-use loftsman_kernel::shape::{Cell, Derivative, Shape};
 use loftsman_kernel::spline::part::Part;
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 
+use cells::of_shapes;
 use furthest::{furthest, suspects};
 
 /// Places of a curve at which its distance from another is taken, about as many.
@@ -20,14 +22,16 @@ const ON_CURVES: usize = 256;
 const ON_SURFACES: usize = 12;
 /// The most pieces of the other shape, all places together, that a search for closest points looks at.
 const EFFORT: usize = 1_000_000;
+/// The most that one search over a surface looks at, and how many when all together have looked at that many.
+const SEARCH: usize = 200_000;
+const FEW: usize = 256;
+/// The part of a distance by which a place found may be further than the nearest, before it goes downhill from there.
+const NEARLY: f64 = 1e-9;
 /// The most places of a direction of a surface at which the ways of points of the same parameters are compared, which cost little; and of a curve.
 const ON_WAYS: usize = 500;
 const ON_WAYS_OF_CURVES: usize = 100_000;
 /// The most faces of a Brep that have moved: of all of them it would take long.
 const MOVED_FACES: usize = 8;
-/// Where a shape of a plug-in is compared in each of its cells, as shares of its sides; and the most places.
-const IN_CELLS: [f64; 3] = [0.0, 0.5, 1.0];
-const ON_SHAPES: usize = 200_000;
 /// Places of each span of a border.
 const ON_BORDERS: usize = 4;
 
@@ -139,42 +143,27 @@ fn of_surfaces(before: &Surface, after: &Surface) -> Option<f64> {
     let grid = directions.map(|space| places(&space.breakpoints(), ON_SURFACES));
     let pieces = before.u().spans().count().saturating_mul(before.v().spans().count());
     if pieces.saturating_mul(grid[0].len() * grid[1].len()) <= EFFORT {
-        let away = |[u, v]: [f64; 2]| Some(before.closest_foot(after.point(u, v).ok()?).ok()?.distance);
-        let alike = before.u().domain() == after.u().domain() && before.v().domain() == after.v().domain();
         // Downhill from the same parameters a place is found that is as near as the nearest, or not as near, for next to nothing.
         let bound = |[u, v]: [f64; 2]| Some(before.foot(after.point(u, v).ok()?, (u, v)).ok()?.distance);
+        // Where a surface folds over or bends round the places of the other, a search may look at all of it, again and again: when together they have looked
+        // at so many pieces, what a few more say is no less than the distance.
+        let left = Cell::new(EFFORT);
+        let away = |[u, v]: [f64; 2]| {
+            let point = after.point(u, v).ok()?;
+            let most = left.get().clamp(pieces.max(FEW), SEARCH);
+            let (found, looked) = before.nearly_closest_of(point, 0.0, NEARLY, most).ok()?;
+            left.set(left.get().saturating_sub(looked));
+            let near =
+                before.foot(point, found.at).map_or(found.distance, |foot| foot.distance.min(found.distance));
+            Some(bound([u, v]).map_or(near, |bound| bound.min(near)))
+        };
+        let alike = before.u().domain() == after.u().domain() && before.v().domain() == after.v().domain();
         let mut more = if alike { suspects(&dense, way, &away, &bound)? } else { Vec::new() };
         more.extend(most);
         return furthest(&grid, &more, &away, &bound);
     }
     let same = before.u() == after.u() && before.v() == after.v();
     same.then(|| furthest(&dense, most.as_slice(), &way, &unbounded))?
-}
-
-/// Of shapes of plug-ins whose cells are the same, from place to place of the same parameters, which bounds how far one is from the other: where the nearest
-/// place is nobody knows of them.
-fn of_shapes(before: &dyn Shape, after: &dyn Shape) -> Option<f64> {
-    let (old, new) = (before.cells()?, after.cells()?);
-    if old.count() != new.count() || new.count().saturating_mul(IN_CELLS.len().pow(2)) > ON_SHAPES {
-        return None;
-    }
-    let mut most = 0.0_f64;
-    for index in 0..new.count() {
-        let (Some(was), Some(cell)) = (old.cell(index), new.cell(index)) else { continue };
-        if (was.face, was.sides.len()) != (cell.face, cell.sides.len()) {
-            return None;
-        }
-        for u in IN_CELLS {
-            for v in IN_CELLS {
-                let place = |shape: &dyn Shape, cell: &Cell| {
-                    Shapes::one(shape).value(0, cell.at([u, v]), Derivative::default()).ok()
-                };
-                let (a, b) = (place(before, &was)?, place(after, &cell)?);
-                most = most.max(distance(&a.into(), &b.into()));
-            }
-        }
-    }
-    Some(most)
 }
 
 /// Of what loops leave of two surfaces: what is cut away counts on neither. Beyond the border of the old one the nearest place is one of the border, which is no less.

@@ -172,6 +172,28 @@ fn what_is_cut_away_does_not_count() {
     assert_eq!(deviation(&block(0.5), &block(0.5)), Some(0.0));
 }
 
+/// A surface all of which is about as far from each place of the other: how far that is comes out all the same, and no search looks at all of it for each.
+#[test]
+fn a_surface_round_another_is_as_far_as_it_is() {
+    let arc = |radius: f64| {
+        let at = |k: i32| {
+            Point::new(
+                radius * [0.0, 1.0, 1.0, 1.0, 0.0][k as usize],
+                0.0,
+                radius * [-1.0, -1.0, 0.0, 1.0, 1.0][k as usize],
+            )
+        };
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let space = Space::clamped(2, &[0.0, 1.0, 1.0, 2.0]).unwrap();
+        let arc = Curve::rational(space, (0..5).map(at).collect(), vec![1.0, half, 1.0, half, 1.0]).unwrap();
+        Surface::revolution(&arc, Point::origin(), Vector::z(), std::f64::consts::TAU).unwrap()
+    };
+    for small in [1e-3, 0.5] {
+        let found = deviation(&arc(1.0).into(), &arc(small).into()).unwrap();
+        assert!((found - (1.0 - small)).abs() < 1e-9, "{small}: {found}");
+    }
+}
+
 /// Of a solid that is moved as a whole no distance is looked for, and it is known from one of which a part has moved.
 #[test]
 fn what_is_moved_as_a_whole_is_known() {

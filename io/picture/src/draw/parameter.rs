@@ -1,4 +1,4 @@
-//! Parameters: where on a curve `u = 0.4` is, and on a surface the lines of equal `u` and `v`.
+//! Parameters: where on a curve `u = 0.4` is, and on a surface the lines of equal `u` and `v`; and the numbers of vertices, of meshes, polylines and cages.
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::plugin::Splines;
@@ -23,6 +23,9 @@ const ON_EDGE: usize = 5;
 /// The parameters of one direction of a surface stand along one of so many lines across it, its two borders among them.
 const LINES: usize = 33;
 
+/// Of more vertices no number can be read.
+const NUMBERED: usize = 500;
+
 /// With so many labels on a page nobody looks for room for more.
 const CROWDED: usize = 500;
 
@@ -34,7 +37,7 @@ struct Named {
     rank: u32,
 }
 
-/// Writes the parameters of a curve or surface.
+/// Writes the parameters of a curve or surface, or the numbers of vertices.
 pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>) {
     let ink = color(sheet, body, false).mixed(sheet.theme.ink(), 0.5);
     let object = text::clipped(body.object.name(), 30);
@@ -59,10 +62,18 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>) {
                 hidden += out_of_sight;
             }
         }
+        Form::Mesh { points, .. } | Form::Polyline { points, .. } => {
+            (all, hidden) = numbers(sheet, &object, points);
+        }
         Form::Solid(shell) if shell.laid.as_ref().is_none_or(Laid::has_faces) => {
+            let is_cage = !body.edges.is_empty();
+            let beside = if is_cage { "the numbers are those of its control vertices; " } else { "" };
             let words = "its faces have parameters each, which are not drawn: point at a place by `closest`";
-            sheet.caption.note(format!("{object}: {words}"));
-            return;
+            sheet.caption.note(format!("{object}: {beside}{words}"));
+            if !is_cage {
+                return;
+            }
+            (all, hidden) = numbers(sheet, &object, &body.vertices);
         }
         _ => return,
     }
@@ -84,6 +95,21 @@ pub(crate) fn draw(sheet: &mut Sheet, body: &Body<'_>) {
         let row = Some(Row { rank, object: object.clone() });
         sheet.labels.push(Label { anchor, lines: vec![words(&said)], color: ink, row });
     }
+}
+
+/// The numbers of vertices that are seen, and how many are not.
+fn numbers(sheet: &mut Sheet, object: &str, vertices: &[Vector]) -> (Vec<Named>, usize) {
+    if vertices.len() > NUMBERED {
+        sheet.caption.note(format!("{object}: its {} vertices are too many to be numbered", vertices.len()));
+        return (Vec::new(), 0);
+    }
+    let all = vertices.iter().zip(ranks(vertices.len())).enumerate();
+    let seen = all.filter(|(_, (place, _))| !sheet.hides(place));
+    let named: Vec<Named> = seen
+        .map(|(number, (place, rank))| Named { place: *place, name: "", value: number.to_string(), rank })
+        .collect();
+    let hidden = vertices.len() - named.len();
+    (named, hidden)
 }
 
 /// The parameters at which the pieces of a curve begin and end.

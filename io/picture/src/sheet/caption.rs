@@ -102,8 +102,10 @@ impl Why {
             (Self::Close(things), None) => {
                 format!("{things} too close to be told apart are left out: drawn are {list}")
             }
-            (Self::Unlabelled, _) => format!("parameters for whose labels there is no room: {list}"),
-            (Self::Behind, _) => format!("parameters out of sight: {list}"),
+            (Self::Unlabelled, _) => {
+                format!("labels for which there is no room: {list}")
+            }
+            (Self::Behind, _) => format!("labels out of sight: {list}"),
         }
     }
 }

@@ -9,7 +9,10 @@ use crate::mesh::Mesh;
 use crate::named::Named;
 use crate::scene::{Definition, Geometry, Object, Scene, Unit};
 use crate::spline::Space;
-use crate::text::counted;
+use crate::text::{clip, counted};
+
+/// Of so many names of statements that are left out each is told, of more the first.
+const NAMED: usize = 3;
 
 impl MeshPart {
     /// Whether a mesh has it.
@@ -159,7 +162,7 @@ impl Holds {
         }
         let connections = if self.connections { 0 } else { scene.connections().len() };
         say(connections, "connection[|s] of surfaces [is|are] left out");
-        say(self.foreign(scene, &objects), "statement[|s] of other formats [is|are] left out");
+        lost.extend(self.lost_statements(scene, &objects));
         if self.single_precision && objects.iter().any(|o| !o.geometry().points().is_empty()) {
             lost.push("coordinates are rounded to single precision".to_owned());
         }
@@ -223,15 +226,26 @@ impl Holds {
         }
     }
 
-    /// How many statements are not of this format.
-    fn foreign(&self, scene: &Scene, objects: &[&Object]) -> usize {
-        let foreign = |list: &[(String, String)]| {
-            let kept = |key: &str| self.statements.iter().any(|start| key.starts_with(start));
-            list.iter().filter(|(key, _)| !kept(key)).count()
-        };
-        foreign(&scene.statements)
-            + objects.iter().map(|o| foreign(&o.statements)).sum::<usize>()
-            + scene.materials.iter().map(|m| foreign(&m.statements)).sum::<usize>()
+    /// A line on the statements that are not of this format, with what the first of them are called.
+    fn lost_statements(&self, scene: &Scene, objects: &[&Object]) -> Option<String> {
+        let own = objects.iter().flat_map(|object| &object.statements);
+        let of_materials = scene.materials.iter().flat_map(|material| &material.statements);
+        let all = scene.statements.iter().chain(own).chain(of_materials).map(|(key, _)| key.as_str());
+        let foreign: Vec<&str> =
+            all.filter(|key| !self.statements.iter().any(|start| key.starts_with(start))).collect();
+        let what = counted(foreign.len(), "statement[|s] of other formats [is|are] left out");
+        let mut names: Vec<&str> = Vec::new();
+        for key in &foreign {
+            if !names.contains(key) && names.len() <= NAMED {
+                names.push(key);
+            }
+        }
+        let more = if names.len() > NAMED { ", …" } else { "" };
+        names.truncate(NAMED);
+        (!foreign.is_empty()).then(|| {
+            let names: Vec<String> = names.into_iter().map(clip).collect();
+            format!("{what} ({}{more})", names.join(", "))
+        })
     }
 }
 

@@ -55,7 +55,7 @@ struct Shares {
 fn corners(cage: &Cage, face: usize, shares: &Shares) -> Vec<Vector> {
     let vertices = cage.topology().face(face);
     let n = vertices.len() as f64;
-    let [centre, cosines, sines] = waves(cage, face);
+    let [centre, cosines, sines] = waves(cage, face, &Point::origin());
     let sign = |i: usize| if i.is_multiple_of(2) { 1.0 } else { -1.0 };
     let mut alternating = Vector::zeros();
     if vertices.len().is_multiple_of(2) {

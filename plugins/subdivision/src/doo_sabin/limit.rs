@@ -54,7 +54,7 @@ pub fn limit_frames(cage: &Cage) -> Result<Vec<LimitFrame>> {
     let uniform = is_uniform(cage);
     let frame = |face| {
         if uniform {
-            let [point, cosines, sines] = waves(cage, face);
+            let [point, cosines, sines] = waves(cage, face, &Point::origin());
             return Ok(LimitFrame { point: Point::from(point), tangents: [cosines, sines] });
         }
         let (position, tangents) = uneven(cage, face)?;

@@ -196,35 +196,54 @@ fn weights(cage: &Cage, face: usize) -> Option<Weights> {
     Weights::new(&own)
 }
 
-/// The new points of a face's corners. `Σ_j cos(2π (i-j)/n) P_j` is taken apart into a sum of cosines and one of sines, so that the cost
-/// is linear in the size of the face.
+/// The new points of a face's corners.
 fn of_face(cage: &Cage, face: usize) -> Vec<Point> {
-    let points = cage.points();
-    let vertices = cage.topology().face(face);
-    let n = vertices.len() as f64;
-    let [centre, cosines, sines] = waves(cage, face);
-    let weights = weights(cage, face);
-    let middle = weights.as_ref().map_or(centre, |w| {
-        vertices
-            .iter()
-            .zip(&w.middle)
-            .fold(Vector::zeros(), |sum, (&v, &c)| sum + points[v as usize].coords * c)
-    });
-    let corner = |(i, &v): (usize, &u32)| {
-        let (sin, cos) = (TAU * i as f64 / n).sin_cos();
-        let own = points[v as usize].coords;
-        let wave = (centre - own) * n + (cosines * cos + sines * sin) * 2.0;
-        Point::from((own + middle) * 0.5 + wave * share(weights.as_ref(), i, vertices.len()))
-    };
-    vertices.iter().enumerate().map(corner).collect()
+    let sums = FaceSums::new(cage, face, &Point::origin());
+    (0..cage.topology().face(face).len()).map(|corner| sums.corner(corner).into()).collect()
 }
 
-/// The middle of a face, and the sums of its vertices by cosines and sines round it.
-pub(super) fn waves(cage: &Cage, face: usize) -> [Vector; 3] {
+/// What the new points of a face's corners are made of. `Σ_j cos(2π (i-j)/n) P_j` is taken apart into a sum of cosines and one of sines, so that
+/// all of them together cost no more than the size of the face.
+pub(super) struct FaceSums<'c> {
+    cage: &'c Cage,
+    vertices: &'c [u32],
+    origin: Point,
+    weights: Option<Weights>,
+    /// Where all new points are half drawn to.
+    middle: Vector,
+    waves: [Vector; 3],
+}
+
+impl<'c> FaceSums<'c> {
+    /// Of points that are taken from an origin. Cost: the size of the face.
+    pub(super) fn new(cage: &'c Cage, face: usize, origin: &Point) -> Self {
+        let vertices = cage.topology().face(face);
+        let waves = waves(cage, face, origin);
+        let weights = weights(cage, face);
+        let middle = weights.as_ref().map_or(waves[0], |w| {
+            let terms = vertices.iter().zip(&w.middle);
+            terms.fold(Vector::zeros(), |sum, (&v, &c)| sum + (cage.points()[v as usize] - origin) * c)
+        });
+        Self { cage, vertices, origin: *origin, weights, middle, waves }
+    }
+
+    /// The new point of a corner, less the origin. Cost: that of a sine.
+    pub(super) fn corner(&self, at: usize) -> Vector {
+        let count = self.vertices.len();
+        let [centre, cosines, sines] = self.waves;
+        let (sin, cos) = (TAU * at as f64 / count as f64).sin_cos();
+        let own = self.cage.points()[self.vertices[at] as usize] - self.origin;
+        let wave = (centre - own) * count as f64 + (cosines * cos + sines * sin) * 2.0;
+        (own + self.middle) * 0.5 + wave * share(self.weights.as_ref(), at, count)
+    }
+}
+
+/// The middle of a face, and the sums of its vertices by cosines and sines round it, of points that are taken from an origin.
+pub(super) fn waves(cage: &Cage, face: usize, origin: &Point) -> [Vector; 3] {
     let vertices = cage.topology().face(face);
     let n = vertices.len() as f64;
     let mut sums = [Vector::zeros(); 3];
-    let at = |v: u32| cage.points()[v as usize].coords;
+    let at = |v: u32| cage.points()[v as usize] - origin;
     sums[0] = vertices.iter().fold(sums[0], |sum, &v| sum + at(v)) / n;
     for (i, &v) in vertices.iter().enumerate() {
         let (sin, cos) = (TAU * i as f64 / n).sin_cos();

@@ -5,12 +5,12 @@ use std::ops::Range;
 use loftsman_kernel::error::{Error, Result};
 use loftsman_kernel::shape::{CellNet, CellSide};
 use loftsman_kernel::{Point, Vector};
+use smallvec::SmallVec;
 
 use super::node::Node;
 use super::{DooSabinSurface, kind};
-use crate::doo_sabin::refine::stencil;
+use crate::doo_sabin::refine::FaceSums;
 use crate::surface::pattern::Quadrant;
-use crate::surface::refused;
 
 impl DooSabinSurface {
     /// The Bézier nets of cells. Cost: for each face the vertices of the cage round it, and for each cell a refinement of a few points.
@@ -29,7 +29,7 @@ impl DooSabinSurface {
             if !own.is_empty() {
                 let half = layout.corners[face];
                 let quadrants = &layout.quadrants[kind(&self.cage, half)];
-                let mut path = vec![(Quadrant::WHOLE, self.node_of(half, origin)?)];
+                let mut path = vec![(Quadrant::WHOLE, self.node_of(half, origin))];
                 for number in own {
                     let quadrant = quadrants[number - first];
                     let node = go(&mut path, quadrant);
@@ -53,17 +53,21 @@ impl DooSabinSurface {
         Ok(())
     }
 
-    /// The neighbourhood of the face at a corner of the cage: its points from an origin.
-    fn node_of(&self, half: u32, origin: &Point) -> Result<Node<Vector>> {
-        let points = self.cage.points();
-        let mut rings: [Vec<Vector>; 4] = Default::default();
-        for (made, ring) in rings.iter_mut().zip(self.rings(half)) {
-            for corner in ring {
-                let row = stencil(&self.cage, corner as usize).map_err(refused)?;
-                made.push(row.iter().map(|(v, c)| (points[v] - origin) * c).sum());
-            }
-        }
-        Ok(Node { rings, rules: self.layout.spans.rules(&self.cage, half) })
+    /// The neighbourhood of the face at a corner of the cage: its points from an origin. Cost: the vertices of the faces round it.
+    fn node_of(&self, half: u32, origin: &Point) -> Node<Vector> {
+        let topology = self.cage.topology();
+        let mut around: SmallVec<[(usize, FaceSums<'_>); 4]> = SmallVec::new();
+        let mut new = |corner: u32| {
+            let face = topology.face_of(corner) as usize;
+            let known = around.iter().position(|(of, _)| *of == face);
+            let at = known.unwrap_or_else(|| {
+                around.push((face, FaceSums::new(&self.cage, face, origin)));
+                around.len() - 1
+            });
+            around[at].1.corner(corner as usize - topology.face_corners(face).start)
+        };
+        let rings = self.rings(half).map(|ring| ring.into_iter().map(&mut new).collect());
+        Node { rings, rules: self.layout.spans.rules(&self.cage, half) }
     }
 }
 
