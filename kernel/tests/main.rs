@@ -15,6 +15,7 @@ mod liars;
 mod measured;
 mod parameters;
 mod parts;
+mod products;
 mod rank;
 mod refinement;
 mod refusals;

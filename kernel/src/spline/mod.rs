@@ -12,6 +12,7 @@
 //! * [`closest`]: the closest point of a curve or a surface.
 //! * [`closing`]: where a surface closes, and where it ends in a point.
 //! * [`common`]: one space for two shapes.
+//! * [`compose`]: with a linear map of the parameter before it.
 //! * [`conic`]: lines, circles, ellipses and arcs.
 //! * [`conversion`]: the linear maps between spaces that refinement, elevation and cutting are.
 //! * [`curve`]: B-spline curves, polynomial and rational, open and periodic.
@@ -50,6 +51,7 @@ pub mod close;
 pub mod closest;
 pub mod closing;
 pub mod common;
+pub mod compose;
 pub mod conic;
 pub mod conversion;
 pub mod curvature;

@@ -23,10 +23,15 @@ impl Space {
             }
         };
         let to = self.with_knots(self.knots().iter().rev().map(mirrored).collect())?;
+        Conversion::reordering(self, to, |k| self.mirrored(k))
+    }
+
+    /// The vertex that becomes number `k` where the parameter runs backwards.
+    pub(super) fn mirrored(&self, k: usize) -> usize {
         let (n, p) = (self.len(), self.degree());
         // The function whose support started at knot i then starts where that support ended, at knot i + p + 1.
         let shift = if self.is_periodic() { (p / n + 1) * n - p } else { 0 };
-        Conversion::reordering(self, to, |k| 2 * n + shift - 1 - k)
+        (2 * n + shift - 1 - k) % n
     }
 
     /// The conversion to the space stretched and moved to another domain, `u ↦ a' + (u - a) (b' - a') / (b - a)`.
@@ -48,7 +53,7 @@ impl Space {
     }
 
     /// A space of the same kind and multiplicities over other knots.
-    fn with_knots(&self, knots: Vec<f64>) -> Result<Self> {
+    pub(super) fn with_knots(&self, knots: Vec<f64>) -> Result<Self> {
         let p = self.degree();
         let space = if self.is_periodic() { Self::periodic(p, knots)? } else { Self::open(p, knots)? };
         if space.spans().count() == self.spans().count() {

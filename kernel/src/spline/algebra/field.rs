@@ -109,6 +109,14 @@ impl<T: Coefficient> Field<T> {
         self.along(direction, |line| line.derivative())
     }
 
+    /// The field of a linear map of one parameter, `f(slope · t + offset, v)` or `f(u, slope · t + offset)`; see [`Function::compose`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn compose(&self, direction: Direction, slope: f64, offset: f64) -> Result<Self> {
+        self.along(direction, |line| line.compose(slope, offset))
+    }
+
     /// The antiderivative in a direction that is zero where that direction's domain starts; see [`Function::integral`].
     ///
     /// # Errors

@@ -259,6 +259,27 @@ impl<T: Coefficient> Function<T> {
         Self::new(space, self.coefficients.clone())
     }
 
+    /// The function of a linear map of the parameter, `t ↦ f(slope · t + offset)`: the same coefficients, in reverse where the slope is negative, over the knots
+    /// `(u - offset) / slope`. At a knot where it jumps a reversed function has the value that `f` has from the left. `O(n)`.
+    ///
+    /// ```
+    /// use loftsman_kernel::spline::{Space, algebra::Function};
+    /// // u on [0, 2], as a function of t = (3 - u) / 2.
+    /// let u = Function::new(Space::clamped(1, &[0.0, 2.0])?, vec![0.0, 2.0])?;
+    /// let of_t = u.compose(-2.0, 3.0)?;
+    /// assert_eq!((of_t.space().domain(), of_t.value(1.25)?), ((0.5, 1.5), 0.5));
+    /// # Ok::<(), loftsman_kernel::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As for [`Space::composing`], but that the degree may be 0.
+    pub fn compose(&self, slope: f64, offset: f64) -> Result<Self> {
+        let space = self.space.composed(slope, offset)?;
+        let vertex = |k: usize| if slope < 0.0 { self.space.mirrored(k) } else { k };
+        let coefficients = (0..space.len()).map(|k| self.at(vertex(k))).collect();
+        Self::new(space, coefficients)
+    }
+
     /// A linear map of its values, `A f(u)`: scaled, turned, one of its coordinates.
     ///
     /// # Errors

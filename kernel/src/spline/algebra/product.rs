@@ -10,9 +10,10 @@ use crate::space::{MAX_ORDER, Space};
 ///
 /// On each piece between neighbouring breakpoints of the two both factors are in Bernstein form,
 /// `c_m = Σ_{s+t=m} C(p,s) C(q,t) / C(p+q,m) · a_s b_t`; a coefficient of the product is the polar form (blossom) of one piece
-/// at the coefficient's knots (Ramshaw 1987): of the piece of its support that these knots reach beyond by the fewest of its own
-/// lengths, a long one or one in the middle. Exact but for rounding, which extrapolation multiplies, and does not at all where, as for
-/// the products of fine tuning at simple knots, a coefficient is itself one of a piece's Bernstein coefficients.
+/// at the coefficient's knots (Ramshaw 1987), of the piece of its support from which that extrapolates least. Exact but for rounding, which
+/// a knot `d` of the piece's lengths beyond it multiplies by up to `1 + 2 d`, so that the piece is the one of which the product of these is
+/// least: a long one, one in the middle, one between repeated knots. Nothing is multiplied where, as for the products of fine tuning at simple
+/// knots, a coefficient is itself one of a piece's Bernstein coefficients.
 #[derive(Debug, Clone)]
 pub struct Product {
     space: Space,
@@ -101,6 +102,21 @@ impl<'a> Runs<'a> {
     }
 }
 
+/// By how much the errors of a piece's Bernstein coefficients grow at most in the polar form at some ascending knots: `Π (|1 - x| + |x|)`, `x` being a knot
+/// from 0 to 1 along the piece. Infinite where it is no less than `most`.
+fn growth(knots: &[f64], start: f64, end: f64, most: f64) -> f64 {
+    let before = knots.iter().take_while(|t| **t < start).map(|t| start - t);
+    let after = knots.iter().rev().take_while(|t| **t > end).map(|t| t - end);
+    let mut all = 1.0;
+    for beyond in before.chain(after) {
+        all *= 1.0 + 2.0 * beyond / (end - start);
+        if all >= most {
+            return f64::INFINITY;
+        }
+    }
+    all
+}
+
 impl Product {
     /// The space that holds the products.
     pub fn space(&self) -> &Space {
@@ -124,12 +140,11 @@ impl Product {
                 high += 1;
             }
             let best = &mut best[self.space.vertex(k)];
-            let (first, end) = if degree > 0 { (flat[k + 1], flat[k + degree]) } else { (from, to) };
             for piece in low..high {
-                let (x, y) = (partition[piece], partition[piece + 1]);
-                let beyond = (x - first).max(end - y).max(0.0) / (y - x);
-                if beyond < best.0 {
-                    *best = (beyond, piece as u32, k as u32);
+                let growth =
+                    growth(&flat[k + 1..=k + degree], partition[piece], partition[piece + 1], best.0);
+                if growth < best.0 {
+                    *best = (growth, piece as u32, k as u32);
                 }
             }
         }
