@@ -90,7 +90,20 @@ fn fairly_interpolated(name: &str, cage: Cage) {
         }
     }
     // The optimum by itself: the quadratic form by quadrature of our own, the equations of Lagrange solved densely.
-    let form = thin_plate(&surface);
+    let topology = surface.cage().topology();
+    let form = thin_plate(
+        &surface,
+        |face| {
+            let corners = topology.face(surface.cage_face(face).unwrap().0);
+            let odd: Vec<usize> = (0..4).filter(|&k| topology.valence(corners[k] as usize) != 4).collect();
+            match odd[..] {
+                [] => None,
+                [corner] => Some([(0, 0), (1, 0), (1, 1), (0, 1)][corner]),
+                _ => panic!("at most one extraordinary corner a face is needed"),
+            }
+        },
+        &gauss(4, 2),
+    );
     let n = form.len();
     let rows: Vec<Vec<f64>> = wanted
         .iter()
@@ -101,19 +114,8 @@ fn fairly_interpolated(name: &str, cage: Cage) {
             row
         })
         .collect();
-    let largest = form.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
-    let size = n + rows.len();
-    let mut matrix = vec![vec![0.0; size + 3]; size];
-    for i in 0..n {
-        (0..n).for_each(|j| matrix[i][j] = form[i][j] / largest);
-        for (k, row) in rows.iter().enumerate() {
-            (matrix[i][n + k], matrix[n + k][i]) = (row[i], row[i]);
-        }
-    }
-    for (k, (_, p)) in wanted.iter().enumerate() {
-        (0..3).for_each(|axis| matrix[n + k][size + axis] = p[axis]);
-    }
-    let best = solved(matrix);
+    let places: Vec<Vector> = wanted.iter().map(|(_, p)| p.coords).collect();
+    let best = least_by(&form, &rows, &places);
     let energy = |vertices: &dyn Fn(usize) -> Vector| -> f64 {
         let pairs = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
         pairs.map(|(i, j)| form[i][j] * vertices(i).dot(&vertices(j))).sum()
@@ -129,38 +131,46 @@ fn fairly_interpolated(name: &str, cage: Cage) {
     assert!(off < 1e-8, "{name}: {off:e}");
 }
 
+/// What makes a quadratic form least of all that have given values of some rows: the equations of Lagrange, solved densely.
+pub(crate) fn least_by(form: &[Vec<f64>], rows: &[Vec<f64>], wanted: &[Vector]) -> Vec<Vector> {
+    let n = form.len();
+    let largest = form.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let size = n + rows.len();
+    let mut matrix = vec![vec![0.0; size + 3]; size];
+    for i in 0..n {
+        (0..n).for_each(|j| matrix[i][j] = form[i][j] / largest);
+        for (k, row) in rows.iter().enumerate() {
+            (matrix[i][n + k], matrix[n + k][i]) = (row[i], row[i]);
+        }
+    }
+    for (k, p) in wanted.iter().enumerate() {
+        (0..3).for_each(|axis| matrix[n + k][size + axis] = p[axis]);
+    }
+    let mut best = solved(matrix);
+    best.truncate(n);
+    best
+}
+
 /// `∫∫ |S_xx|² + 2 |S_xy|² + |S_yy|²` over all faces but the quadrants of the eighth level at the extraordinary corner of each that has one, as a matrix, by
-/// 64 Gauss points in each quadrant; the derivatives are those that solve the equations of the chain rule.
-fn thin_plate(surface: &SubdivisionSurface) -> Vec<Vec<f64>> {
+/// Gauss points in each quadrant; the derivatives are those that solve the equations of the chain rule.
+pub(crate) fn thin_plate(
+    surface: &dyn Shape,
+    extraordinary: impl Fn(u32) -> Option<(i32, i32)>,
+    gauss: &[(f64, f64)],
+) -> Vec<Vec<f64>> {
     let n = surface.control_vertices().len();
     let mut form = vec![vec![0.0; n]; n];
-    let (near, far) = ((6.0_f64 / 5.0).sqrt() * 2.0 / 7.0, 3.0 / 7.0);
-    let nodes = [(far - near).sqrt(), (far + near).sqrt()];
-    let weights = [(18.0 + 30.0_f64.sqrt()) / 36.0, (18.0 - 30.0_f64.sqrt()) / 36.0];
-    let half: Vec<(f64, f64)> =
-        (0..4).map(|k| (0.5 + if k < 2 { 0.5 } else { -0.5 } * nodes[k % 2], 0.5 * weights[k % 2])).collect();
-    let gauss: Vec<(f64, f64)> = [0.0, 0.5]
-        .into_iter()
-        .flat_map(|from| half.iter().map(move |(x, w)| (from + 0.5 * x, 0.5 * w)))
-        .collect();
-    let topology = surface.cage().topology();
     let cells = cells_of(surface, "a chart").unwrap();
     for face in 0..surface.faces().unwrap() as u32 {
-        let corners = topology.face(surface.cage_face(face).unwrap().0);
-        let odd: Vec<usize> = (0..4).filter(|&k| topology.valence(corners[k] as usize) != 4).collect();
-        let corner = match odd[..] {
-            [] => 0,
-            [corner] => corner,
-            _ => panic!("at most one extraordinary corner a face is needed"),
-        };
-        let (cu, cv) = [(0, 0), (1, 0), (1, 1), (0, 1)][corner];
+        let odd = extraordinary(face);
+        let (cu, cv) = odd.unwrap_or((0, 0));
         for level in 1..=8_i32 {
             let side = 0.5_f64.powi(level);
             // Counted from the corner: three quadrants of the four there.
-            let rest = (level == 8 && odd.is_empty()).then_some((0, 0));
+            let rest = (level == 8 && odd.is_none()).then_some((0, 0));
             for (i, j) in [(1, 0), (1, 1), (0, 1)].into_iter().chain(rest) {
-                for (x, wx) in &gauss {
-                    for (y, wy) in &gauss {
+                for (x, wx) in gauss {
+                    for (y, wy) in gauss {
                         let from = |at: i32, x: f64, end: i32| {
                             let t = (f64::from(at) + x) * side;
                             if end == 1 { 1.0 - t } else { t }
@@ -181,9 +191,31 @@ fn thin_plate(surface: &SubdivisionSurface) -> Vec<Vec<f64>> {
     form
 }
 
+/// Places and weights of Gauss's rule of `n` points on each of so many parts of `[0, 1]`: the zeros of Legendre's polynomial by Newton's method.
+pub(crate) fn gauss(n: usize, parts: usize) -> Vec<(f64, f64)> {
+    let legendre = |x: f64| {
+        let (mut before, mut now) = (1.0, x);
+        for k in 2..=n {
+            let k = k as f64;
+            (before, now) = (now, ((2.0 * k - 1.0) * x * now - (k - 1.0) * before) / k);
+        }
+        (now, n as f64 * (before - x * now) / (1.0 - x * x))
+    };
+    let own = |k: usize| {
+        let mut x = (std::f64::consts::PI * (k as f64 + 0.75) / (n as f64 + 0.5)).cos();
+        for _ in 0..20 {
+            let (value, slope) = legendre(x);
+            x -= value / slope;
+        }
+        (0.5 + 0.5 * x, 1.0 / ((1.0 - x * x) * legendre(x).1.powi(2)))
+    };
+    let share = 1.0 / parts as f64;
+    (0..parts).flat_map(|i| (0..n).map(own).map(move |(x, w)| (share * (i as f64 + x), share * w))).collect()
+}
+
 /// Rows of `f_xx`, `f_xy` and `f_yy`, and the area of the coordinates for that of the parameters; of these where there is no chart.
 fn second_derivatives(
-    surface: &SubdivisionSurface,
+    surface: &dyn Shape,
     at: Location,
     chart: Option<Chart>,
 ) -> ([Vec<(usize, f64)>; 3], f64) {

@@ -6,6 +6,7 @@ mod closed;
 mod costs;
 mod creased_normals;
 mod doo_sabin;
+mod doo_sabin_edits;
 mod doo_sabin_intervals;
 mod doo_sabin_patches;
 mod doo_sabin_surface;

@@ -24,7 +24,7 @@ fn moved(plain: &Plain, shape: &dyn Shape) -> Plain {
 }
 
 /// A sheet with its mirror image in `x = 0`, where it has its first row, as one mesh; parts of the sheet are changed, some edges sharp.
-fn butterfly(seed: u64) -> Plain {
+pub(crate) fn butterfly(seed: u64) -> Plain {
     let mut dice = Dice::new(seed);
     let (rows, columns) = (3 + dice.below(3), 3 + dice.below(3));
     let mut half = wild::sheet(rows, columns, 0.3, &mut dice);
@@ -121,7 +121,7 @@ fn random_cages_are_made_symmetric() {
 }
 
 /// The vertices along a side of a sheet, in order, each with the one behind it.
-fn side(rows: usize, columns: usize, which: usize) -> Vec<[usize; 2]> {
+pub(crate) fn side(rows: usize, columns: usize, which: usize) -> Vec<[usize; 2]> {
     let at = |i: usize, j: usize| i * columns + j;
     match which {
         0 => (0..columns).map(|j| [at(0, j), at(1, j)]).collect(),
@@ -146,7 +146,7 @@ fn cubic(vertices: &[Vector], k: usize, t: f64) -> Vector {
 }
 
 /// The sheet changed away from a side: its first rows of faces there are as they were, so many.
-fn changed_inside(mut sheet: Plain, along: &[[usize; 2]], order: usize, dice: &mut Dice) -> Plain {
+pub(crate) fn changed_inside(mut sheet: Plain, along: &[[usize; 2]], order: usize, dice: &mut Dice) -> Plain {
     let row: Vec<usize> = along.iter().map(|pair| pair[0]).collect();
     let next: Vec<usize> = along.iter().map(|pair| pair[1]).collect();
     let guarded = |v: &usize| row.contains(v) || order > 0 && next.contains(v);

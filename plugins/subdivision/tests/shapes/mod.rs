@@ -1,6 +1,7 @@
 //! The cages that the tests are run on.
 #![allow(clippy::unwrap_used, reason = "what cannot be made fails the test")]
 
+pub(crate) mod duals;
 pub(crate) mod levels;
 pub(crate) mod plain;
 pub(crate) mod wild;
