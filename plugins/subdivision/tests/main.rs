@@ -12,6 +12,7 @@ mod doo_sabin_patches;
 mod doo_sabin_surface;
 mod editing;
 mod elevated;
+mod euler;
 mod golden;
 mod hostile;
 mod intervals;
