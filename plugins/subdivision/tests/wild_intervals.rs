@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "what is missing fails the test")]
 
 use loftsman_area_volume::surface_area_of;
+use loftsman_kernel::conformance::shape_conformance;
 use loftsman_kernel::plugin::{Chord, DeclaredShape, Fineness, Splines};
 use loftsman_kernel::shape::{Derivative, Location, Shape};
 use loftsman_kernel::spline::{Space, Surface};
@@ -246,6 +247,11 @@ fn open_grids_with_double_knots_are_shapes() {
         let again = SubdivisionSurface::from_parameters(&surface.fields()).unwrap();
         assert_eq!(surface.cage(), again.cage());
     }
+    for seed in 0..40 {
+        let grid = Grid::new(seed + 900, true, 0.1);
+        let verdict = shape_conformance(&grid.surface);
+        assert!(verdict.passed(), "{seed}, {:?}: {verdict}", grid.intervals);
+    }
     // A row of zeros at the boundary has no other beyond it.
     let cage = (0..5).try_fold(crate::shapes::grid(5, 5, [false, false], 0.2), |cage, k| {
         cage.with_interval(k, 5 + k, 0.0)
@@ -276,6 +282,53 @@ fn middles_of_faces_are_limits_of_doo_and_sabin() {
             assert!(off < 1e-13, "{seed}, face {f}: {off:e}");
             let middle = fine.middle(&fine.faces[f]);
             assert!((middle - frame.point.coords).norm() < 1e-14, "{seed}, face {f}");
+        }
+    }
+}
+
+/// Zeros in the first and last rows and columns, which no places between vertices are known of, are clamped ends: what is refined instead, as the refusal advises,
+/// comes to the bicubic whose knots there are fourfold.
+#[test]
+fn zeros_at_the_boundary_are_clamped_ends_of_what_is_refined() {
+    for seed in 0..20 {
+        let mut dice = Dice::new(seed + 45_000);
+        let size = [5 + dice.below(3), 5 + dice.below(3)];
+        let plain = wild::sheet(size[0], size[1], 0.2, &mut dice);
+        let intervals = size.map(|n| {
+            let mut line: Vec<f64> = (1..n).map(|_| 4.0_f64.powf(dice.number())).collect();
+            (line[0], line[n - 2]) = (0.0, 0.0);
+            line
+        });
+        let mut cage = plain.cage().unwrap();
+        for e in 0..cage.topology().edge_count() {
+            let [v, w] = cage.topology().edge(e).unwrap().map(|v| v as usize);
+            let (low, columns) = (v.min(w), size[1]);
+            let d = if v / columns == w / columns {
+                intervals[1][low % columns]
+            } else {
+                intervals[0][low / columns]
+            };
+            cage = cage.with_interval(v, w, d).unwrap();
+        }
+        let refused = SubdivisionSurface::new(cage.clone()).unwrap_err().to_string();
+        assert!(
+            refused.contains("knot interval 0") && refused.contains("refine the cage instead"),
+            "{refused}"
+        );
+        let [u, v] = intervals.each_ref().map(|line| {
+            let mut knots = vec![0.0; 3];
+            line.iter().for_each(|d| knots.push(knots[knots.len() - 1] + d));
+            // Of a spline that is continued by reflection two more; those of the row of zeros and its own are two already.
+            knots.extend([knots[knots.len() - 1]; 2]);
+            Space::open(3, knots).unwrap()
+        });
+        let points = plain.points.iter().map(|p| Point::from(*p)).collect();
+        let spline = Surface::new(u, v, points).unwrap();
+        for levels in 0..3 {
+            for (k, p) in limit_points(&refine_times(&cage, levels).unwrap()).unwrap().iter().enumerate() {
+                let off = spline.closest(*p).unwrap().distance;
+                assert!(off < 1e-12, "{seed}, level {levels}, vertex {k}: {off:e}");
+            }
         }
     }
 }

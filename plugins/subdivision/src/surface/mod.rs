@@ -232,6 +232,16 @@ impl SubdivisionSurface {
             && self.cage.topology().vertex_faces(vertex).all(|face| self.cage.is_hole(face as usize))
     }
 
+    /// Whether a face has no extent along `u`, and along `v`: where a knot interval of its is zero.
+    fn vanishes(&self, face: usize) -> [bool; 2] {
+        let [of, part] = self.layout.faces[face];
+        if part != NONE || !self.cage.has_intervals() {
+            return [false; 2];
+        }
+        let edges = self.cage.topology().face_edges(of as usize);
+        [0, 1].map(|k| self.cage.interval(edges[k] as usize) <= 0.0)
+    }
+
     fn on_face(&self, face: u32, u: f64, v: f64, by: Derivative) -> loftsman_kernel::error::Result<Stencil> {
         let count = self.layout.faces.len();
         let face = face as usize;
@@ -262,6 +272,10 @@ impl SubdivisionSurface {
                 let limit = leaf::limit(&self.cage, &self.layout, face, corner).map_err(refused)?;
                 return of_limit(limit, by, place);
             }
+        }
+        // Exactly zero, and not what rounding leaves of vertices in one place.
+        if self.vanishes(face).into_iter().zip([by.u, by.v]).any(|(vanishes, order)| vanishes && order > 0) {
+            return Ok(Stencil::new());
         }
         let found = leaf::leaf(&self.cage, &self.layout, face, (u, v), LEVELS + 16).map_err(refused)?;
         match found {
