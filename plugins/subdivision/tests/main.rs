@@ -28,6 +28,7 @@ mod polygons;
 mod refinement;
 mod rows;
 mod shapes;
+mod sharp_planes;
 mod surface;
 mod ten_levels;
 mod uneven;
