@@ -10,5 +10,6 @@ mod positive;
 mod ranges;
 mod rims;
 mod springs;
+mod springs_at_random;
 mod surfaces;
 mod together;

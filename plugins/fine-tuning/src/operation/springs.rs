@@ -45,15 +45,18 @@ pub(super) fn sprung(
     };
     match parameters.value("alpha") {
         Some(value) if value.is_array() => {
-            const KNOWN: [Field; 2] =
-                [Field::required("edge", "[vertex, vertex]", ""), Field::required("value", "number", "")];
+            const KNOWN: [Field; 2] = [
+                Field::required("edge", "[vertex, vertex]", "the edge, by its ends, numbered from 0"),
+                Field::required("value", "number", "what it is multiplied by"),
+            ];
             let mut seen = BTreeSet::new();
             for table in parameters.tables("alpha")? {
                 table.check(&KNOWN)?;
                 let [a, b] = table.integers("edge")?[..] else {
                     return Err(table.error("edge", "two vertices [i, j] are needed").into());
                 };
-                let (a, b) = (vertex_index(a, count)?, vertex_index(b, count)?);
+                let vertex = |v| vertex_index(v, count).map_err(|e| table.error("edge", e.to_string()));
+                let (a, b) = (vertex(a)?, vertex(b)?);
                 if !seen.insert([a.min(b), a.max(b)]) {
                     let problem = format!("the edge between {a} and {b} is named before: give it one value");
                     return Err(table.error("edge", problem).into());
@@ -66,7 +69,8 @@ pub(super) fn sprung(
         _ => springs.scale_all(parameters.number("alpha")?),
     }
     for index in if parameters.has("lock") { parameters.integers("lock")? } else { Vec::new() } {
-        springs.pin(vertex_index(index, count)?)?;
+        let vertex = vertex_index(index, count).map_err(|e| parameters.error("lock", e.to_string()))?;
+        springs.pin(vertex)?;
     }
     if parameters.flag("any_sign")? {
         springs.any_sign();
