@@ -3,6 +3,7 @@
 mod corners;
 mod evenly;
 mod golden;
+mod healing;
 mod offset;
 mod operations;
 mod outlines;

@@ -8,8 +8,33 @@ use loftsman_kernel::spline::trimmed::{ParameterCurve, Trimmed};
 use loftsman_kernel::spline::{Curve, Direction, Space, Surface};
 use loftsman_kernel::text::a;
 
+use super::inward;
+
 /// At so many places of a curve in the parameter plane it is seen which way its loop runs.
 const PLACES: usize = 16;
+
+/// An edge that is no longer than this part of the tolerance is a point.
+const POINT: f64 = 1e-3;
+
+/// What was done to faces before they were sewn, and while they were.
+#[derive(Debug, Default)]
+pub(super) struct Healed {
+    /// How many edges no longer than the tolerance were left out; and the longest of them. Points, as sides at poles are, are none.
+    pub(super) short: usize,
+    pub(super) longest: f64,
+    /// How many faces were all of their surface but what they should be.
+    pub(super) inverted: usize,
+}
+
+impl Healed {
+    /// An edge so long is left out.
+    pub(super) fn left_out(&mut self, long: f64, near: f64) {
+        if long > POINT * near {
+            self.short += 1;
+            self.longest = self.longest.max(long);
+        }
+    }
+}
 
 /// A piece of a loop as it is followed: a curve in space and in the parameter plane.
 struct Piece {
@@ -39,14 +64,18 @@ impl Piece {
 ///
 /// # Errors
 /// When the geometry is none of these, or an evaluation overflows.
-pub(super) fn gather(parts: &mut Parts, geometry: &Geometry, near: f64) -> Result<()> {
+pub(super) fn gather(parts: &mut Parts, geometry: &Geometry, near: f64, healed: &mut Healed) -> Result<()> {
     match geometry {
-        Geometry::Brep(brep) => append(parts, brep.parts()),
+        Geometry::Brep(brep) => {
+            let mut own = brep.parts();
+            healed.inverted += inward::turn_beyond(brep, &mut own)?;
+            append(parts, own);
+        }
         Geometry::Surface(surface) => {
             let loops = vec![sides(surface)?];
-            face(parts, surface, loops, near)?;
+            face(parts, surface, loops, near, healed)?;
         }
-        Geometry::Trimmed(trimmed) => of_trimmed(parts, trimmed, near)?,
+        Geometry::Trimmed(trimmed) => of_trimmed(parts, trimmed, near, healed)?,
         other => {
             let problem = format!("it is {}, which has no faces: name breps and surfaces", a(&other.noun()));
             return Err(Error::Invalid(problem));
@@ -91,10 +120,10 @@ fn sides(surface: &Surface) -> Result<Vec<Piece>> {
     ])
 }
 
-fn of_trimmed(parts: &mut Parts, trimmed: &Trimmed, near: f64) -> Result<()> {
+fn of_trimmed(parts: &mut Parts, trimmed: &Trimmed, near: f64, healed: &mut Healed) -> Result<()> {
     let surface = trimmed.surface();
     if trimmed.regions().is_empty() {
-        return face(parts, surface, vec![sides(surface)?], near);
+        return face(parts, surface, vec![sides(surface)?], near, healed);
     }
     for region in trimmed.regions() {
         let outer = match &region.outer[..] {
@@ -105,7 +134,7 @@ fn of_trimmed(parts: &mut Parts, trimmed: &Trimmed, near: f64) -> Result<()> {
         for hole in &region.holes {
             loops.push(chain(surface, hole, false, near)?);
         }
-        face(parts, surface, loops, near)?;
+        face(parts, surface, loops, near, healed)?;
     }
     Ok(())
 }
@@ -140,10 +169,16 @@ fn area(curves: &[ParameterCurve]) -> Result<f64> {
 }
 
 /// Adds a face with edges and vertices of its own.
-fn face(parts: &mut Parts, surface: &Surface, loops: Vec<Vec<Piece>>, near: f64) -> Result<()> {
+fn face(
+    parts: &mut Parts,
+    surface: &Surface,
+    loops: Vec<Vec<Piece>>,
+    near: f64,
+    healed: &mut Healed,
+) -> Result<()> {
     let mut all = Vec::with_capacity(loops.len());
     for pieces in loops {
-        let uses = uses(parts, pieces, near)?;
+        let uses = uses(parts, pieces, near, healed)?;
         if !uses.is_empty() {
             all.push(uses);
         }
@@ -163,11 +198,14 @@ fn face(parts: &mut Parts, surface: &Surface, loops: Vec<Vec<Piece>>, near: f64)
     Ok(())
 }
 
-fn uses(parts: &mut Parts, pieces: Vec<Piece>, near: f64) -> Result<Vec<Use>> {
+fn uses(parts: &mut Parts, pieces: Vec<Piece>, near: f64, healed: &mut Healed) -> Result<Vec<Use>> {
     let mut kept = Vec::with_capacity(pieces.len());
     for piece in pieces {
-        if extent(&piece.curve) > near {
+        let long = extent(&piece.curve);
+        if long > near {
             kept.push(piece);
+        } else {
+            healed.left_out(long, near);
         }
     }
     let ends = kept.iter().map(Piece::ends).collect::<Result<Vec<_>>>()?;

@@ -8,7 +8,8 @@ use loftsman_kernel::error::Result;
 use loftsman_kernel::spline::Curve;
 use loftsman_kernel::spline::trimmed::ParameterCurve;
 
-use super::gather::extent;
+use super::gather::{Healed, extent};
+use super::twice;
 
 /// Edges are compared at so many places of each span, and at no more than so many.
 const PLACES: usize = 8;
@@ -23,8 +24,8 @@ pub(super) struct Joined {
     pub(super) gap: f64,
     /// How many edges were cut at a vertex of another.
     pub(super) cut: usize,
-    /// How many edges no longer than the tolerance were left out.
-    pub(super) short: usize,
+    /// How many faces lay on others, and were left out.
+    pub(super) twice: usize,
 }
 
 /// How often each edge is used.
@@ -41,7 +42,7 @@ pub(super) fn open(parts: &Parts) -> Vec<usize> {
 }
 
 /// The part of its curve that an edge is.
-fn segment(edge: &Edge) -> Result<Curve> {
+pub(super) fn segment(edge: &Edge) -> Result<Curve> {
     let whole = edge.range == edge.curve.domain() && edge.curve.is_clamped();
     if whole { Ok(edge.curve.clone()) } else { edge.curve.between(edge.range.0, edge.range.1) }
 }
@@ -50,11 +51,12 @@ fn segment(edge: &Edge) -> Result<Curve> {
 ///
 /// # Errors
 /// When an evaluation overflows.
-pub(super) fn join(parts: &mut Parts, near: f64) -> Result<Joined> {
+pub(super) fn join(parts: &mut Parts, near: f64, healed: &mut Healed) -> Result<Joined> {
     let mut joined = Joined::default();
     merge_vertices(parts, near);
-    drop_short(parts, near, &mut joined)?;
+    drop_short(parts, near, healed)?;
     cut_edges(parts, near, &mut joined)?;
+    joined.twice = twice::drop(parts, near)?;
     pair_edges(parts, near, &mut joined)?;
     parts.drop_unused();
     Ok(joined)
@@ -99,12 +101,18 @@ fn merge_vertices(parts: &mut Parts, near: f64) {
 }
 
 /// Open edges that end where they start and are no longer than the tolerance are none.
-fn drop_short(parts: &mut Parts, near: f64, joined: &mut Joined) -> Result<()> {
+fn drop_short(parts: &mut Parts, near: f64, healed: &mut Healed) -> Result<()> {
     let mut drop = vec![false; parts.edges.len()];
     for edge in open(parts) {
         let [start, end] = parts.edges[edge].ends;
-        drop[edge] = start == end && extent(&segment(&parts.edges[edge])?) <= near;
-        joined.short += usize::from(drop[edge]);
+        if start != end {
+            continue;
+        }
+        let long = extent(&segment(&parts.edges[edge])?);
+        if long <= near {
+            drop[edge] = true;
+            healed.left_out(long, near);
+        }
     }
     parts.faces.retain_mut(|face| {
         // Without loops it is the whole of a surface that closes.
@@ -294,16 +302,70 @@ fn pair_edges(parts: &mut Parts, near: f64, joined: &mut Joined) -> Result<()> {
 fn distance(a: &Curve, b: &Curve, near: f64) -> Result<Option<f64>> {
     let (from, to) = a.domain();
     let count = (PLACES * a.space().spans().count()).min(MOST);
+    let (start, end) = b.domain();
     let mut most = 0.0_f64;
+    let mut last = None;
     for k in 0..=count {
         let share = k as f64 / count as f64;
-        let away = b.closest(a.point(from + (to - from) * share)?)?.distance;
+        let point = a.point(from + (to - from) * share)?;
+        // From the foot of the place before, or from the ends: a foot within the tolerance is one that counts. Else all of the curve is looked at.
+        let starts = last.map_or([start, end], |t| [t, t]);
+        let mut found = None;
+        for t in starts {
+            let foot = downhill(b, point, t)?;
+            if found.is_none_or(|(_, away)| foot.1 < away) {
+                found = Some(foot);
+            }
+        }
+        let (at, away) = match found.filter(|(_, away)| *away <= near) {
+            Some(found) => found,
+            None => {
+                let closest = b.closest(point)?;
+                (closest.at, closest.distance)
+            }
+        };
         if away > near {
             return Ok(None);
         }
+        last = Some(at);
         most = most.max(away);
     }
     Ok(Some(most))
+}
+
+/// Steps from a place of a curve to the foot of a point near it.
+const STEPS: usize = 16;
+
+/// A place of a curve that is as near to a point as those around it, from a place near it: Gauss and Newton's steps, halved until they lead nearer. Its
+/// parameter, and how far it is.
+fn downhill(curve: &Curve, point: Point, from: f64) -> Result<(f64, f64)> {
+    let (start, end) = curve.domain();
+    let mut d = [loftsman_kernel::Vector::zeros(); 2];
+    curve.derivatives_into(from, &mut d)?;
+    let (mut t, mut away) = (from, (point.coords - d[0]).norm());
+    for _ in 0..STEPS {
+        let squared = d[1].norm_squared();
+        if squared == 0.0 {
+            break;
+        }
+        let mut step = d[1].dot(&(point.coords - d[0])) / squared;
+        let mut nearer = false;
+        for _ in 0..6 {
+            let next = (t + step).clamp(start, end);
+            let mut there = d;
+            curve.derivatives_into(next, &mut there)?;
+            let distance = (point.coords - there[0]).norm();
+            if next != t && distance < away {
+                (t, away, d, nearer) = (next, distance, there, true);
+                break;
+            }
+            step *= 0.5;
+        }
+        if !nearer || step.abs() <= 1e-15 * (end - start) {
+            break;
+        }
+    }
+    Ok((t, away))
 }
 
 /// Whether a closed curve runs against another that starts where it does.

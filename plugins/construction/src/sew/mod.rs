@@ -2,18 +2,24 @@
 //!
 //! 1. Vertices of open edges within the tolerance of one another become one, edges no longer than that are left out.
 //! 2. An open edge is cut where a vertex of another lies on it, so that one edge may lie along several.
+//!    A face that lies on another one, edge for edge, is left out.
 //! 3. Of open edges between the same vertices those within the tolerance of one another, measured at eight places of each span and from both sides, become
 //!    one, the nearest first; its own tolerance grows to what was found.
-//! 4. Faces are turned so that they look to one side, as few as may be; what closes becomes a solid that they look out of. As no two solids are in one
+//! 4. The loops of faces that are inside out are turned round: of what ends, the loops leave nothing beyond its ends; what closes goes on from the faces beside it.
+//! 5. Faces are turned so that they look to one side, as few as may be; what closes becomes a solid that they look out of. As no two solids are in one
 //!    place, a closed shell within another bounds what is hollow in that, one within the hollow is a solid again.
 //!
 //! Surfaces are not moved, and nothing is sewn that was not asked for.
 
 mod gather;
+mod hint;
+mod inward;
 mod join;
 mod nest;
 mod operation;
 mod sides;
+mod told;
+mod twice;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -24,13 +30,12 @@ use loftsman_kernel::scene::Geometry;
 
 pub use operation::Sew;
 
+use gather::Healed;
 use nest::Hull;
 use sides::Group;
 
 /// How fine the mesh is that says which side of a shell is outside: finer, where faces cannot be cut so coarsely.
 const CHORDS: [f64; 3] = [1e-2, 1e-3, 1e-4];
-/// Of so many open edges it is looked how far they are from one another.
-const COMPARED: usize = 1000;
 
 /// What came of faces that were sewn.
 #[derive(Debug)]
@@ -43,14 +48,22 @@ pub struct Sewn {
     pub gap: f64,
     /// How many edges were cut at vertices of others.
     pub cut: usize,
-    /// How many edges no longer than the tolerance were left out.
+    /// How many edges no longer than the tolerance were left out, points not counted.
     pub short: usize,
+    /// How long the longest of these was.
+    pub longest: f64,
+    /// How many faces lay on others, edge for edge, and were left out.
+    pub twice: usize,
+    /// How many faces were inside out: all of their surface but what their loops go round.
+    pub inverted: usize,
     /// How many faces were turned over.
     pub turned: usize,
     /// The edges that are still open.
     pub open: Vec<usize>,
-    /// The least tolerance at which two more of these may be one; `None` where no two are alike, or there are too many to look.
+    /// The least tolerance known at which fewer are open, tried: no open edge is nearer to others all along. `None` where none was found, or there are too many to look.
     pub next: Option<f64>,
+    /// A tolerance at which none is open, tried.
+    pub closes: Option<f64>,
     /// Shells that cannot look to one side, as a Möbius band.
     pub one_sided: usize,
     /// Shells that close, but of which faces could not be cut, so that it is not known which side is outside.
@@ -68,23 +81,25 @@ pub fn sew(geometries: &[Geometry], near: f64, tessellator: &dyn Tessellator) ->
     if !(near > 0.0 && near.is_finite()) {
         return Err(Error::Invalid(format!("the tolerance {near} is no length: give a number above 0")));
     }
-    let mut parts = Parts::default();
+    let (mut parts, mut healed) = (Parts::default(), Healed::default());
     for geometry in geometries {
-        gather::gather(&mut parts, geometry, near)?;
+        gather::gather(&mut parts, geometry, near, &mut healed)?;
     }
-    sew_parts(parts, near, tessellator)
+    sew_parts(parts, near, healed, tessellator)
 }
 
 /// The same of the faces of parts, whose shells and solids are made anew.
-fn sew_parts(mut parts: Parts, near: f64, tessellator: &dyn Tessellator) -> Result<Sewn> {
-    let joined = join::join(&mut parts, near)?;
+fn sew_parts(mut parts: Parts, near: f64, mut healed: Healed, tessellator: &dyn Tessellator) -> Result<Sewn> {
+    let given = parts.clone();
+    let joined = join::join(&mut parts, near, &mut healed)?;
     if parts.faces.is_empty() {
         return Err(Error::Invalid("no face is larger than the tolerance: give a smaller one".into()));
     }
+    healed.inverted += inward::turn_back(&mut parts)?;
     let (groups, mut turned) = sides::groups(&mut parts);
     parts.shells = groups.iter().map(|group| Shell { faces: group.faces.clone() }).collect();
     parts.solids.clear();
-    let unknown = close(&mut parts, &groups, &mut turned, tessellator)?;
+    let unknown = close(&mut parts, &groups, &mut turned, (near, tessellator))?;
     // Edges may be further from the surfaces than from one another: how far is measured.
     let found = Brep::new(parts.clone())?.flaws(0.0)?;
     for flaw in &found {
@@ -101,7 +116,7 @@ fn sew_parts(mut parts: Parts, near: f64, tessellator: &dyn Tessellator) -> Resu
         }
     }
     let open = join::open(&parts);
-    let next = next(&parts, &open, near);
+    let hint = hint::find(&given, &parts, &open, near)?;
     let brep = Brep::new(parts)?;
     let flaws = brep.misplaced()?;
     Ok(Sewn {
@@ -109,10 +124,14 @@ fn sew_parts(mut parts: Parts, near: f64, tessellator: &dyn Tessellator) -> Resu
         joined: joined.edges,
         gap: joined.gap,
         cut: joined.cut,
-        short: joined.short,
+        short: healed.short,
+        longest: healed.longest,
+        twice: joined.twice,
+        inverted: healed.inverted,
         turned: turned.len(),
         open,
-        next,
+        next: hint.next,
+        closes: hint.closes,
         one_sided: groups.iter().filter(|group| !group.sided).count(),
         unknown,
         flaws,
@@ -124,7 +143,7 @@ fn close(
     parts: &mut Parts,
     groups: &[Group],
     turned: &mut BTreeSet<usize>,
-    tessellator: &dyn Tessellator,
+    (near, tessellator): (f64, &dyn Tessellator),
 ) -> Result<usize> {
     let open = Brep::new(parts.clone())?;
     let closes = |group: &Group| group.closed && group.sided && open.is_closed(&group.faces);
@@ -154,7 +173,7 @@ fn close(
     let hulls: Vec<(usize, Hull)> = all
         .into_iter()
         .enumerate()
-        .filter(|(shell, hull)| closes(&groups[*shell]) && is_whole[*shell] && hull.volume != 0.0)
+        .filter(|(shell, hull)| closes(&groups[*shell]) && is_whole[*shell] && hull.is_thicker_than(near))
         .collect();
     // Those that each lies within, from the one around it on: as they are nested, the more the deeper.
     let around: Vec<Vec<usize>> = hulls
@@ -187,26 +206,4 @@ fn close(
         }
     }
     Ok(closed - hulls.len())
-}
-
-/// The least distance between the ends of two open edges that ends are apart, where it is more than the tolerance. `O(open²)`.
-fn next(parts: &Parts, open: &[usize], near: f64) -> Option<f64> {
-    if open.len() > COMPARED {
-        return None;
-    }
-    let ends: Vec<_> =
-        open.iter().map(|&edge| parts.edges[edge].ends.map(|end| parts.vertices[end].point)).collect();
-    let mut least = f64::INFINITY;
-    for (k, [a, b]) in ends.iter().enumerate() {
-        let long = (a - b).norm();
-        for [c, d] in &ends[k + 1..] {
-            let apart = (a - c).norm().max((b - d).norm());
-            let apart = apart.min((a - d).norm().max((b - c).norm()));
-            // What is as far apart as it is long is no neighbour.
-            if apart > near && apart < 0.5 * long {
-                least = least.min(apart);
-            }
-        }
-    }
-    least.is_finite().then_some(least)
 }

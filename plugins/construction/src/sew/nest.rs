@@ -43,6 +43,12 @@ impl Hull {
         Self { triangles, low, high, volume }
     }
 
+    /// Whether it is a body: of twice its volume over its area, how thick a plate would be, more is left than what vertices are moved by.
+    pub(super) fn is_thicker_than(&self, near: f64) -> bool {
+        let area: f64 = self.triangles.iter().map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm()).sum();
+        self.volume.abs() / 6.0 > 0.5 * near * area
+    }
+
     /// Whether it lies within another: not within its box means not, else where most of its points are. `O(triangles)` of the other.
     pub(super) fn is_within(&self, other: &Self) -> bool {
         if (0..3).any(|k| self.low[k] < other.low[k] || self.high[k] > other.high[k]) {

@@ -1,14 +1,17 @@
 //! The operation `sew`.
 
-use loftsman_kernel::brep::Flaw;
+use loftsman_kernel::brep::Parts;
 use loftsman_kernel::error::Error;
 use loftsman_kernel::plugin::{
     Context, Declaration, Field, Operation, OperationError, Parameters, StepReport, object_names,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::text::{a, counted};
+use loftsman_kernel::text::a;
 
-use super::sew_parts;
+use super::gather::{Healed, gather};
+use super::hint::rounded_up;
+use super::told::{Told, told};
+use super::{Sewn, sew_parts};
 use crate::fields::{NAME, free_name, length, like, named};
 
 /// A tolerance is between rounding and what leaves something of the faces, as parts of the size of all.
@@ -52,6 +55,51 @@ impl Operation for Sew {
         context: &Context<'_>,
     ) -> Result<StepReport, OperationError> {
         p.check(self.declaration().fields)?;
+        let asked = Asked::of(scene, p)?;
+        let tessellator = context.registry.tessellator();
+        let tessellator = tessellator.ok_or_else(|| Error::Invalid("no tessellator is registered".into()))?;
+        let (parts, healed) = asked.gathered(scene)?;
+        let faces = parts.faces.len();
+        let sewn = sew_parts(parts, asked.near, healed, tessellator)?;
+        let told = told(&sewn, faces, asked.near, &|length| scene.unit.quantity(length, 1));
+        let numbers = [
+            ("faces", sewn.brep.face_count()),
+            ("joined", sewn.joined),
+            ("open", sewn.open.len()),
+            ("solids", sewn.brep.solids().len()),
+            ("turned", sewn.turned),
+            ("short", sewn.short),
+            ("twice", sewn.twice),
+            ("inverted", sewn.inverted),
+        ];
+        let lengths = [
+            ("gap", Some(sewn.gap)),
+            ("tolerance", Some(asked.near)),
+            ("next", sewn.next.map(rounded_up)),
+            ("closes", sewn.closes.map(rounded_up)),
+        ];
+        let name = asked.put(scene, p, sewn)?;
+        let Told { notes, warnings } = told;
+        let mut report =
+            StepReport { op: "sew".into(), object: Some(name), notes, warnings, ..StepReport::default() };
+        report.numbers.extend(numbers.map(|(word, count)| (word.into(), count.into())));
+        let lengths = lengths.into_iter().filter_map(|(word, length)| Some((word.into(), length?.into())));
+        report.numbers.extend(lengths);
+        Ok(report)
+    }
+}
+
+/// What is to be sewn.
+struct Asked {
+    names: Vec<String>,
+    geometries: Vec<Geometry>,
+    /// Where all stand alike and as large as they are what is made stands there too, else in the scene by itself.
+    alike: bool,
+    near: f64,
+}
+
+impl Asked {
+    fn of(scene: &Scene, p: &Parameters) -> Result<Self, OperationError> {
         let has_faces =
             |g: &Geometry| matches!(g, Geometry::Brep(_) | Geometry::Surface(_) | Geometry::Trimmed(_));
         let names = object_names(scene, p, "objects", has_faces)?;
@@ -61,7 +109,6 @@ impl Operation for Sew {
         for name in &names {
             scene.object(name).map_err(|e| p.error("objects", e.to_string()))?;
         }
-        // Where all stand alike and as large as they are what is made stands there too, else in the scene by itself.
         let standing = scene.standing(first)?;
         let mut alike = !standing.changes_size();
         for name in &names {
@@ -78,12 +125,15 @@ impl Operation for Sew {
             );
             return Err(p.error("tolerance", problem).into());
         }
-        let tessellator = context.registry.tessellator();
-        let tessellator = tessellator.ok_or_else(|| Error::Invalid("no tessellator is registered".into()))?;
-        let mut parts = loftsman_kernel::brep::Parts::default();
-        for (name, geometry) in names.iter().zip(&geometries) {
+        Ok(Self { names, geometries, alike, near })
+    }
+
+    /// The faces of all of it, in the colours of what they come from, and called so where that is one face.
+    fn gathered(&self, scene: &Scene) -> Result<(Parts, Healed), OperationError> {
+        let (mut parts, mut healed) = (Parts::default(), Healed::default());
+        for (name, geometry) in self.names.iter().zip(&self.geometries) {
             let before = parts.faces.len();
-            super::gather::gather(&mut parts, geometry, near).map_err(named(name))?;
+            gather(&mut parts, geometry, self.near, &mut healed).map_err(named(name))?;
             let count = parts.faces.len() - before;
             let object = scene.object(name)?;
             for face in &mut parts.faces[before..] {
@@ -93,71 +143,15 @@ impl Operation for Sew {
                 }
             }
         }
-        let faces = parts.faces.len();
-        let sewn = sew_parts(parts, near, tessellator)?;
-        let quantity = |length: f64| scene.unit.quantity(length, 1);
-        let mut notes = vec![if sewn.joined == 0 && sewn.open.is_empty() {
-            format!("{}: every edge is that of two already", counted(faces, "face[|s]"))
-        } else if sewn.joined == 0 {
-            format!(
-                "{}: no two edges are within {} of one another",
-                counted(faces, "face[|s]"),
-                quantity(near)
-            )
-        } else {
-            format!(
-                "{}: {} joined, {} apart at most where it was measured",
-                counted(faces, "face[|s]"),
-                counted(sewn.joined, "pair[|s] of edges [is|are]"),
-                quantity(sewn.gap)
-            )
-        }];
-        let mut say = |count: usize, text: &str| {
-            if count > 0 {
-                notes.push(counted(count, text));
-            }
-        };
-        say(sewn.brep.solids().len(), "shell[|s] close[s|] and [is a solid|are solids]");
-        say(
-            sewn.brep.solids().iter().map(|solid| solid.voids.len()).sum(),
-            "closed shell[|s] within another [is|are] what is hollow in it",
-        );
-        say(sewn.cut, "place[|s] where an edge was cut at a vertex of another");
-        say(sewn.short, "edge[|s] no longer than the tolerance [is|are] left out");
-        say(sewn.turned, "face[|s] turned over");
-        let mut warnings = Vec::new();
-        if !sewn.open.is_empty() {
-            let named: Vec<String> = sewn.open.iter().take(5).map(usize::to_string).collect();
-            let more = if sewn.open.len() > named.len() { ", …" } else { "" };
-            let next = match sewn.next {
-                Some(next) => format!("; the next ends that may be one are {} apart", quantity(next)),
-                None => String::new(),
-            };
-            notes.push(format!(
-                "open at {} (number {}{more}){next}",
-                counted(sewn.open.len(), "edge[|s]"),
-                named.join(", ")
-            ));
-        }
-        if sewn.one_sided > 0 {
-            let text = "shell[|s] [has|have] one side only, as a Möbius band: no way to turn [its|their] faces fits; parts that touch one another are sewn by themselves";
-            warnings.push(counted(sewn.one_sided, text));
-        }
-        if sewn.unknown > 0 {
-            let text = "shell[|s] close[s|], but what is outside could not be told, so that [it is|they are] no solid[|s]";
-            warnings.push(counted(sewn.unknown, text));
-        }
-        warnings.extend(Flaw::told(&sewn.flaws));
-        let joined = [
-            ("faces", sewn.brep.face_count()),
-            ("joined", sewn.joined),
-            ("open", sewn.open.len()),
-            ("solids", sewn.brep.solids().len()),
-            ("turned", sewn.turned),
-        ];
+        Ok((parts, healed))
+    }
+
+    /// Puts what was made in the place of what it was made of; its name.
+    fn put(&self, scene: &mut Scene, p: &Parameters, sewn: Sewn) -> Result<String, OperationError> {
+        let first = self.names.first().map(String::as_str).unwrap_or_default();
         let name = free_name(scene, p, &format!("{first} sewn"))?;
         let mut object = like(scene, first, &name, sewn.brep.into());
-        if !alike {
+        if !self.alike {
             (object.parent, object.transform) = (None, None);
         }
         // Faces have the colours of what they come from.
@@ -165,17 +159,12 @@ impl Operation for Sew {
         let mut changed = scene.clone();
         changed.add(object)?;
         if !(p.has("keep") && p.flag("keep")?) {
-            for name in &names {
+            for name in &self.names {
                 changed.remove(name)?;
             }
         }
         *scene = changed;
-        let mut report =
-            StepReport { op: "sew".into(), object: Some(name), notes, warnings, ..StepReport::default() };
-        report.numbers.extend(joined.map(|(word, count)| (word.into(), count.into())));
-        report.numbers.insert("gap".into(), sewn.gap.into());
-        report.numbers.insert("tolerance".into(), near.into());
-        Ok(report)
+        Ok(name)
     }
 }
 
