@@ -11,6 +11,8 @@ OpenCASCADE does by default depends on how a surface is parametrised.
 
 Behind FILE may stand
   --assembled  of an IGES file also how many solids the reader of assemblies with names and colours shows
+  --colors     of a STEP file nothing but how many triangles of faces have which colour (linear red, green, blue), as its reader of
+               assemblies with names and colours says
   --curves     also what its edges without faces are (the kind of curve, its length, where it starts and ends, its sizes), and what its
                faces are (the kind of surface, its area, its sizes)
   --meshed     also the volume of OpenCASCADE's own triangles, 1e-4 of the size from the faces: its integration of rational
@@ -56,18 +58,58 @@ def mass(function, shape):
 def assembled(path):
     from OCP.collections import Sequence_TDF_Label
     from OCP.IGESCAFControl import IGESCAFControl_Reader
-    from OCP.TCollection import TCollection_ExtendedString
-    from OCP.TDocStd import TDocStd_Document
-    from OCP.XCAFApp import XCAFApp_Application
     from OCP.XCAFDoc import XCAFDoc_DocumentTool
-    document = TDocStd_Document(TCollection_ExtendedString("loftsman"))
-    XCAFApp_Application.GetApplication_s().InitDocument(document)
-    reader = IGESCAFControl_Reader()
-    reader.ReadFile(path)
-    reader.Transfer(document)
+    document = document_of(IGESCAFControl_Reader(), path)
     tool, labels = XCAFDoc_DocumentTool.ShapeTool_s(document.Main()), Sequence_TDF_Label()
     tool.GetFreeShapes(labels)
     return sum(len(found(tool.GetShape_s(labels.Value(k + 1)), "solid")) for k in range(labels.Length()))
+
+
+def document_of(reader, path):
+    from OCP.TCollection import TCollection_ExtendedString
+    from OCP.TDocStd import TDocStd_Document
+    from OCP.XCAFApp import XCAFApp_Application
+    document = TDocStd_Document(TCollection_ExtendedString("loftsman"))
+    XCAFApp_Application.GetApplication_s().InitDocument(document)
+    reader.ReadFile(path)
+    reader.Transfer(document)
+    return document
+
+
+def colors(path):
+    from OCP.BRep import BRep_Tool
+    from OCP.collections import Sequence_TDF_Label
+    from OCP.Quantity import Quantity_Color
+    from OCP.STEPCAFControl import STEPCAFControl_Reader
+    from OCP.TopLoc import TopLoc_Location
+    from OCP.TopoDS import TopoDS
+    from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool
+    reader = STEPCAFControl_Reader()
+    reader.SetColorMode(True)
+    document = document_of(reader, path)
+    tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    looks = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
+    kinds = (XCAFDoc_ColorType.XCAFDoc_ColorSurf, XCAFDoc_ColorType.XCAFDoc_ColorGen)
+
+    def color(shape):
+        known = Quantity_Color()
+        for kind in kinds:
+            if looks.GetColor(shape, kind, known):
+                return [round(x, 6) for x in (known.Red(), known.Green(), known.Blue())]
+        return None
+
+    labels, counts = Sequence_TDF_Label(), {}
+    tool.GetFreeShapes(labels)
+    for k in range(labels.Length()):
+        whole = tool.GetShape_s(labels.Value(k + 1))
+        shells = found(whole, "shell") or [whole]
+        for shell in shells:
+            for face in found(shell, "face"):
+                mesh = BRep_Tool.Triangulation_s(TopoDS.Face(face), TopLoc_Location())
+                shown = color(face) or color(shell) or color(whole)
+                key = json.dumps(shown)
+                counts[key] = counts.get(key, 0) + (mesh.NbTriangles() if mesh is not None else 0)
+    return [{"color": json.loads(key), "triangles": count} for key, count in sorted(counts.items())]
 
 
 def meshed(shape, size):
@@ -131,6 +173,8 @@ def surfaces(shape):
 
 
 def report(path, more=()):
+    if "--colors" in more:
+        return {"colors": colors(path)}
     if path.lower().endswith((".igs", ".iges")):
         reader = IGESControl_Reader()
         Interface_Static.SetIVal_s("read.iges.bspline.continuity", 0)  # or curves are cut where they have corners

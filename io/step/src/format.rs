@@ -34,6 +34,7 @@ impl Format for Step {
                 layer_trees: true,
                 hides: true,
                 colors: true,
+                base_colors: true,
                 labels: true,
                 splines_of_shapes: true,
                 statements: &[crate::OCCURRENCE],

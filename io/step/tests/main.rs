@@ -7,6 +7,7 @@ mod forms;
 mod geometry;
 mod hostile;
 mod occurrences;
+mod painted;
 mod parameters;
 mod round_trip;
 mod seams;

@@ -6,6 +6,7 @@ use loftsman_kernel::mesh::Mesh;
 use loftsman_kernel::plugin::Splines;
 use loftsman_kernel::scene::Geometry;
 
+use super::paint::Paint;
 use super::print::{Printer, references};
 use super::style::Carrier;
 use crate::part21::encode;
@@ -112,8 +113,13 @@ fn of_splines(p: &mut Printer, splines: &Splines, name: &str) -> loftsman_kernel
     Ok(items)
 }
 
-/// Writes a geometry, in its own coordinates.
-pub(crate) fn put(p: &mut Printer, geometry: &Geometry, name: &str) -> loftsman_kernel::Result<Put> {
+/// Writes a geometry, in its own coordinates. Faces of a mesh have the colours of the materials that they name, where these are several.
+pub(crate) fn put(
+    p: &mut Printer,
+    geometry: &Geometry,
+    name: &str,
+    paint: &Paint,
+) -> loftsman_kernel::Result<Put> {
     let written = match geometry {
         Geometry::Group | Geometry::Instance(_) => return Ok(Put::Nothing),
         Geometry::Curve(curve) => {
@@ -187,12 +193,14 @@ pub(crate) fn put(p: &mut Printer, geometry: &Geometry, name: &str) -> loftsman_
             if mesh.face_count() == 0 {
                 return Ok(Put::Items(bare(p, mesh, name)));
             }
-            let (shell, fan) = p.mesh(mesh, &encode(name));
+            let groups = paint.groups(mesh);
+            let (shell, numbers, fan) = p.mesh(mesh, &encode(name), &groups);
             let changes = fan.then_some("faces of very many corners are cut as fans");
+            let faces = numbers.into_iter().zip(&groups);
             Items {
                 items: vec![shell],
                 colored: vec![shell],
-                faces: Vec::new(),
+                faces: faces.filter_map(|(number, group)| Some((number, group.color?))).collect(),
                 carrier: Carrier::Surface,
                 has_color: false,
                 representation: "TESSELLATED_SHAPE_REPRESENTATION",

@@ -10,6 +10,7 @@ mod form;
 mod item;
 mod occurrence;
 mod pace;
+mod paint;
 mod parameters;
 mod print;
 mod spline;
@@ -31,6 +32,7 @@ use crate::part21::encode;
 use context::{Common, END, header};
 use item::Put;
 use occurrence::{Key, shared};
+use paint::Paint;
 use print::{Printer, references};
 use style::{Carrier, Looks};
 
@@ -328,8 +330,9 @@ impl<'s> Writer<'_, 's> {
         let moved = baked.map(|map| object.geometry().transformed(map)).transpose()?;
         let geometry = moved.as_ref().unwrap_or(object.geometry());
         check_finite(geometry).map_err(|error| error.of(object.name()))?;
-        let color = self.scene.color_of(object);
-        match item::put(&mut self.printer, geometry, object.name())? {
+        let paint = Paint::of(self.scene, object);
+        let color = paint.all;
+        match item::put(&mut self.printer, geometry, object.name(), &paint)? {
             Put::LeftOut(why) => Ok(Err(why)),
             Put::Nothing => {
                 // A group has nothing to colour but a placement of its own.

@@ -9,18 +9,20 @@ use super::item::Items;
 use super::style::Carrier;
 use super::{Component, Product};
 
-/// What objects have in common that go out as occurrences of one product: a geometry that they share, a colour and a layer.
+/// What objects have in common that go out as occurrences of one product: a geometry that they share, a colour, materials and a layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Key<'s> {
     geometry: usize,
     color: Option<[u64; 4]>,
+    materials: &'s [String],
     layer: Option<&'s str>,
 }
 
 impl<'s> Key<'s> {
     pub(super) fn of(scene: &Scene, object: &'s Object) -> Self {
         let color = scene.color_of(object).map(|color| color.map(f64::to_bits));
-        Self { geometry: object.geometry_id(), color, layer: object.layer.as_deref() }
+        let (materials, layer) = (&object.materials[..], object.layer.as_deref());
+        Self { geometry: object.geometry_id(), color, materials, layer }
     }
 }
 

@@ -147,6 +147,8 @@ pub struct Holds {
     pub labels: bool,
     /// Materials.
     pub materials: bool,
+    /// Of materials the base colours, where it has none: as colours of objects, and of the faces of meshes.
+    pub base_colors: bool,
     /// Materials, pictures and definitions that nothing uses.
     pub unused: bool,
     /// Whether materials that no object has are kept, where other things that nothing shows are not.
@@ -182,6 +184,7 @@ impl Holds {
         colors: false,
         labels: false,
         materials: false,
+        base_colors: false,
         unused: false,
         unused_materials: false,
         animation: false,

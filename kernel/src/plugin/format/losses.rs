@@ -150,7 +150,12 @@ impl Holds {
         let (materials, images, definitions) = unused(scene, &objects);
         let all = scene.materials.iter().count();
         if !self.materials {
-            say(all, "material[|s] [is|are] left out");
+            let shown = if self.base_colors { all - materials } else { 0 };
+            say(
+                shown,
+                "material[|s] [goes|go] out as [its|their] base colour[|s]: all else that [it says|they say] is left out",
+            );
+            say(all - shown, "material[|s] [is|are] left out");
             say(scene.images.iter().count(), "picture[|s] [is|are] left out");
         } else if !self.unused {
             let lost = if self.unused_materials { 0 } else { materials };
