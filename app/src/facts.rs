@@ -65,7 +65,7 @@ pub struct ObjectFacts {
     /// The interval of its parameter, a direction each.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub domain: Vec<[f64; 2]>,
-    /// Loops that bound a trimmed surface; what else is said of one is said of the surface that carries it.
+    /// Loops that bound a trimmed surface; its size is that of the part that they leave, degrees and domain are those of the surface that carries it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub loops: Option<usize>,
     /// Faces of a mesh or of a brep.
@@ -202,7 +202,11 @@ fn plain(geometry: &Geometry) -> ObjectFacts {
         Geometry::Instance(definition) => ObjectFacts { shows: Some(definition.clone()), ..facts },
         Geometry::Curve(c) => curve(c, facts),
         Geometry::Surface(s) => surface(s, facts),
-        Geometry::Trimmed(t) => ObjectFacts { loops: Some(t.loops().count()), ..surface(t.surface(), facts) },
+        Geometry::Trimmed(t) => ObjectFacts {
+            loops: Some(t.loops().count()),
+            bounds: t.bounds().ok().map(corners),
+            ..surface(t.surface(), facts)
+        },
         Geometry::Mesh(m) => {
             let lines = Some(m.lines().count()).filter(|&count| count > 0);
             ObjectFacts { faces: Some(m.face_count()), triangles: Some(m.triangle_count()), lines, ..facts }

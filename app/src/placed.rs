@@ -107,7 +107,7 @@ fn turned_bounds(geometry: &Geometry, around: &[Point], linear: &Matrix3<f64>) -
     match geometry.transformed(&map).ok()? {
         Geometry::Curve(curve) => Some(corners(curve.bounds())),
         Geometry::Surface(surface) => Some(corners(surface.bounds())),
-        Geometry::Trimmed(trimmed) => Some(corners(trimmed.surface().bounds())),
+        Geometry::Trimmed(trimmed) => trimmed.bounds().ok().map(corners),
         other => bounds(other.points()),
     }
 }

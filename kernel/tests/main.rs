@@ -3,6 +3,7 @@
 mod basis_properties;
 mod border;
 mod boxed;
+mod boxes;
 mod conformance;
 mod curvature;
 mod edits;

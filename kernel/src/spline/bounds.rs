@@ -19,11 +19,11 @@ use crate::{Point, Vector};
 /// How far a side may lie outside the shape, relative to the largest extent of the control vertices' box.
 const RELATIVE: f64 = 1e-12;
 /// Halvings a side after which its bound is taken as it is: so many, and so many for each span.
-const HALVINGS: usize = 20_000;
-const HALVINGS_A_SPAN: usize = 64;
+pub(super) const HALVINGS: usize = 20_000;
+pub(super) const HALVINGS_A_SPAN: usize = 64;
 
 /// A coordinate times the weight, and the weight.
-type Value = [f64; 2];
+pub(super) type Value = [f64; 2];
 
 impl Curve {
     /// The corners of the axis-parallel box around the curve, the lower first. The curve is inside (to rounding), and
@@ -98,37 +98,41 @@ fn around<'a>(points: impl Iterator<Item = &'a Point>) -> (Point, Point) {
     points.fold(nothing, |(low, high): (Point, Point), p| (low.inf(p), high.sup(p)))
 }
 
-struct Controls<'a> {
-    points: &'a [Point],
-    weights: Option<&'a [f64]>,
+pub(super) struct Controls<'a> {
+    pub(super) points: &'a [Point],
+    pub(super) weights: Option<&'a [f64]>,
 }
 
 /// One of six ways out of the box: an axis, and `1` upwards or `-1` downwards.
-struct Side<'a> {
+pub(super) struct Side<'a> {
     net: &'a Controls<'a>,
-    axis: usize,
-    sign: f64,
+    pub(super) axis: usize,
+    pub(super) sign: f64,
     /// Coordinates are measured from here, so that rounding is relative to the shape, not to its distance from 0.
-    origin: f64,
+    pub(super) origin: f64,
     /// The largest weight: with it as unit no product overflows.
     weight: f64,
     /// How far the side may stay away from the shape.
-    tolerance: f64,
+    pub(super) tolerance: f64,
 }
 
 impl Side<'_> {
-    fn coordinate(&self, vertex: usize) -> f64 {
+    pub(super) fn coordinate(&self, vertex: usize) -> f64 {
         self.sign * (self.net.points[vertex][self.axis] - self.origin)
     }
 
-    fn value(&self, vertex: usize) -> Value {
+    pub(super) fn value(&self, vertex: usize) -> Value {
         let weight = self.net.weights.map_or(1.0, |w| w[vertex] / self.weight);
         [self.coordinate(vertex) * weight, weight]
     }
 }
 
 /// The tight box within `hull`; `reach` gives the largest coordinate of the shape towards a side.
-fn tight(net: &Controls<'_>, hull: (Point, Point), reach: impl Fn(&Side<'_>) -> f64) -> (Point, Point) {
+pub(super) fn tight(
+    net: &Controls<'_>,
+    hull: (Point, Point),
+    mut reach: impl FnMut(&Side<'_>) -> f64,
+) -> (Point, Point) {
     let (low, high) = hull;
     let extent = (high - low).amax();
     if !extent.is_finite() {
@@ -207,20 +211,29 @@ fn farthest(
 }
 
 /// The largest vertex; where weights are so unequal that one vanishes beside the others, no bound at all.
-fn hull(net: &[Value]) -> f64 {
+pub(super) fn hull(net: &[Value]) -> f64 {
     let value = |[x, w]: &Value| if *w > 0.0 { x / w } else { f64::INFINITY };
     net.iter().map(value).fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// Halves a net in the direction in which it is less straight: along a straight one the hull is exact already.
 fn cut(net: &[Value], columns: usize) -> [Vec<Value>; 2] {
+    if is_straighter_in_rows(net, columns) {
+        halves(net, net.len() / columns, columns)
+    } else {
+        halves_of_rows(net, columns)
+    }
+}
+
+/// Whether a net is as straight in its rows as across them, or straighter.
+pub(super) fn is_straighter_in_rows(net: &[Value], columns: usize) -> bool {
     let value = |i: usize| net[i][0] / net[i][1];
     let bend = |i: usize, step: usize| (value(i - step) - 2.0 * value(i) + value(i + step)).abs();
     let inner = columns..net.len().saturating_sub(columns).max(columns);
     let down = inner.map(|i| bend(i, columns)).fold(0.0, f64::max);
     let inside_row = |i: &usize| (1..columns.saturating_sub(1)).contains(&(i % columns));
     let along = (0..net.len()).filter(inside_row).map(|i| bend(i, 1)).fold(0.0, f64::max);
-    if along > down { halves_of_rows(net, columns) } else { halves(net, net.len() / columns, columns) }
+    along <= down
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The part of a surface that loops bound, prepared for many questions: whether a place is in it, and which place of it is nearest.
 
 mod border;
+mod bounds;
 mod outline;
 mod tree;
 

@@ -207,6 +207,14 @@ impl Trimmed {
         Ok(Part::new(self.surface.clone(), &lines, sides, border))
     }
 
+    /// The corners of the axis-parallel box around what its loops leave, the lower first: [`Part::bounds`].
+    ///
+    /// # Errors
+    /// When an evaluation overflows.
+    pub fn bounds(&self) -> Result<(Point, Point)> {
+        self.part()?.bounds()
+    }
+
     /// The sides of the parameter plane, and the loop around all of it.
     fn border(&self) -> Result<([ParameterSide; 2], Vec<ParameterCurve>)> {
         let (sides, _) = plane(&self.surface);

@@ -98,7 +98,7 @@ fn beside(looks: &[Look], k: usize) -> [usize; 2] {
 }
 
 /// The place of the surface along a curve in its plane. Loops run on where a surface closes; elsewhere they are outside by rounding alone.
-fn on(
+pub(super) fn on(
     surface: &Surface,
     sides: &[ParameterSide; 2],
     curve: &ParameterCurve,
