@@ -1,6 +1,8 @@
 //! The figures of the papers: the recipes in `examples/papers` make the pictures that are kept beside them, and what
 //! the papers say of each figure is true of the document.
 
+mod miura;
+
 use loftsman::kernel::mesh::Mesh;
 use loftsman::kernel::scene::{Geometry, Scene};
 use loftsman::kernel::spline::Curve;
@@ -358,130 +360,5 @@ mod bartels_beatty {
         let samples = (0..=400).map(|i| f64::from(i) / 100.0);
         let furthest = samples.map(|u| figure.change("curve", derivative(0, u)).norm()).fold(0.0, f64::max);
         assert!(furthest > 2.0 * by.norm(), "{furthest}");
-    }
-}
-
-mod miura {
-    use super::*;
-
-    fn figure(number: usize) -> Figure {
-        Figure::of("miura", number)
-    }
-
-    fn ends(curve: &Curve) -> [Point; 2] {
-        let (a, b) = curve.domain();
-        [point(curve, a), point(curve, b)]
-    }
-
-    fn curvature(curve: &Curve, u: f64) -> f64 {
-        let (first, second) = (curve.derivative(u, 1).unwrap(), curve.derivative(u, 2).unwrap());
-        first.cross(&second).norm() / first.norm().powi(3)
-    }
-
-    /// How many times as long the derivative is, and how many times as large the curvature, before and after.
-    fn factors(figure: &Figure, name: &str) -> Vec<[f64; 2]> {
-        let [before, after] = figure.curves(name);
-        let at = (0..50).map(|i| 0.05 + 0.1 * f64::from(i)).filter(|u| curvature(before, *u) > 1e-3);
-        let length = |c: &Curve, u: f64| c.derivative(u, 1).unwrap().norm();
-        at.map(|u| [length(after, u) / length(before, u), curvature(after, u) / curvature(before, u)])
-            .collect()
-    }
-
-    fn near(a: Point, b: Point) -> bool {
-        (a - b).norm() < 1e-12
-    }
-
-    /// A form whose stem is tuned: as many quads, as smooth, its foot where it was, and longer by what the springs leave of 1.7.
-    #[test]
-    fn figure_1_a_form_becomes_another() {
-        let figure = figure(1);
-        let [a, b] = ["a", "b"].map(|name| match figure.after.object(name).unwrap().geometry() {
-            Geometry::Mesh(mesh) => mesh.clone(),
-            other => panic!("{other:?}"),
-        });
-        let height = |mesh: &Mesh| {
-            let z = || mesh.points().iter().map(|p| p.z);
-            [z().fold(f64::MAX, f64::min), z().fold(f64::MIN, f64::max)]
-        };
-        assert!(!a.normals.is_empty() && !b.normals.is_empty());
-        let [[low, high], [other_low, other_high]] = [height(&a), height(&b)];
-        assert!((low - other_low).abs() < 0.05, "{low} {other_low}");
-        let stem = 2.0 * 0.7;
-        assert!((other_high - high - stem).abs() < 0.2 * stem, "{high} {other_high}");
-    }
-
-    #[test]
-    fn figure_2_shorter_and_shorter() {
-        let figure = figure(2);
-        for name in ["a", "b"] {
-            let factors = factors(&figure, name);
-            assert!(
-                factors.iter().all(|[length, curvature]| (length * curvature - 1.0).abs() < 1e-9),
-                "{name}"
-            );
-            assert!(
-                factors.windows(2).all(|pair| pair[1][0] < pair[0][0]),
-                "{name}: the derivative shrinks along the curve"
-            );
-        }
-        let [[before, after], [_, both]] = ["a", "b"].map(|name| figure.curves(name));
-        assert!(near(ends(after)[0], ends(before)[0]) && !near(ends(after)[1], ends(before)[1]));
-        assert!((0..2).all(|k| near(ends(both)[k], ends(before)[k])));
-        // The two red curves are similar: their curvatures have one ratio.
-        let ratio = |u: f64| curvature(both, u) / curvature(after, u);
-        assert!((0..50).all(|i| (ratio(0.05 + 0.1 * f64::from(i)) / ratio(0.05) - 1.0).abs() < 1e-9));
-        // In (a) no tangent turns.
-        for u in [0.0, 1.7, 3.2, 5.0] {
-            let [a, b] = [before, after].map(|c| c.derivative(u, 1).unwrap());
-            assert!(a.cross(&b).norm() < 1e-12 && a.dot(&b) > 0.0);
-        }
-    }
-
-    #[test]
-    fn figures_3_and_4_the_identity_a_zigzag_and_growth() {
-        for number in [3, 4] {
-            let figure = figure(number);
-            let [before, same] = figure.curves("a");
-            assert!(
-                (0..=50).all(|i| near(point(before, 0.1 * f64::from(i)), point(same, 0.1 * f64::from(i))))
-            );
-            let turns = |name: &str| {
-                let factors = factors(&figure, name);
-                factors.windows(3).filter(|w| (w[1][0] - w[0][0]) * (w[2][0] - w[1][0]) < 0.0).count()
-            };
-            assert!(turns("b") >= 3 && turns("c") == 0, "{} {}", turns("b"), turns("c"));
-            // Curvature has as many extremes as before: it is scaled gradually.
-            let extremes = |curve: &Curve| {
-                let all: Vec<f64> = (0..=200).map(|i| curvature(curve, 0.025 * f64::from(i))).collect();
-                all.windows(3).filter(|w| w[1] > w[0] && w[1] > w[2]).count()
-            };
-            let [before, after] = figure.curves("c");
-            assert_eq!(extremes(before), extremes(after));
-        }
-    }
-
-    /// End points, and the second and third control points from them, are those of the same curve in the tuned one's degree.
-    #[test]
-    fn figures_5_and_6_ends_tangents_curvatures() {
-        for (number, names) in [(5, &["a", "b"][..]), (6, &["a", "b", "c"])] {
-            let figure = figure(number);
-            for (fixed, name) in names.iter().enumerate() {
-                let [before, after] = figure.curves(name);
-                let raised = before.elevate(after.degree() - before.degree()).unwrap();
-                let missing = |t: &f64| {
-                    let times = after.space().multiplicity(*t) - raised.space().multiplicity(*t);
-                    std::iter::repeat_n(*t, times)
-                };
-                let missing: Vec<f64> = raised.space().breakpoints().iter().flat_map(missing).collect();
-                let raised = raised.insert_knots(&missing).unwrap();
-                let (a, b) = (after.points(), raised.points());
-                assert_eq!(a.len(), b.len());
-                let last = a.len() - 1;
-                for k in 0..=fixed {
-                    assert!(near(a[k], b[k]) && near(a[last - k], b[last - k]), "{number} {name} {k}");
-                }
-                assert!(!near(a[fixed + 1], b[fixed + 1]));
-            }
-        }
     }
 }

@@ -27,6 +27,7 @@ mod scenes;
 mod showpieces;
 mod solids;
 mod truncated;
+mod untunable;
 mod weld;
 
 use loftsman_tests::program::Program;
