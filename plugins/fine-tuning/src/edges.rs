@@ -16,7 +16,7 @@ use crate::exact::LEAST;
 use crate::lift::{Alpha, Place};
 use crate::lines::derivative_u;
 use crate::measure::{mass, nearest_with_ones};
-use crate::positive::{Above, NEAR, POSITIVE, bounded, told};
+use crate::positive::{Above, NEAR, POSITIVE, bounded, reaches_zero, told};
 use crate::surface::Pin;
 
 /// How the edges are to stay.
@@ -104,14 +104,14 @@ impl Edges<'_> {
             return Err(refused(equations.count(&free_values)));
         }
         let [least, most] = alpha.with(values.clone())?.extremes()?;
-        if !self.any_sign && least <= 0.0 {
+        if !self.any_sign && reaches_zero([least, most]) {
             let bound = LEAST * alpha.extremes()?[0].clamp(0.0, 1.0);
             let none = || FineTuneError::NoPositive { least, most, bound };
             (values, report) = problem.bounded(&values, bound).map_err(|error| match error {
                 FineTuneError::Edit(EditError::Solve(SolveError::Conflict { .. })) => none(),
                 other => other,
             })?;
-            if alpha.with(values.clone())?.extremes()?[0] <= 0.0 {
+            if reaches_zero(alpha.with(values.clone())?.extremes()?) {
                 return Err(none());
             }
         }

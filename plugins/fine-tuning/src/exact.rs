@@ -15,11 +15,12 @@ use crate::alpha::{MOST, extremes};
 use crate::closed::{OfClosed, Opened};
 use crate::curvature::bend;
 use crate::error::{FineTuneError, Result};
+use crate::idle::take_out;
 use crate::lift::{Alpha, Place};
 use crate::local::{Host, within};
 use crate::measure::{gram, mean, undone};
 use crate::operator::{Hosted, Tuning};
-use crate::positive::{Above, NEAR, POSITIVE, bounded, told};
+use crate::positive::{Above, NEAR, POSITIVE, bounded, reaches_zero, told};
 use crate::scale::Scale;
 
 /// α's values stay at least this part of the smallest value that was asked (or of 1), where they would not be positive.
@@ -80,7 +81,7 @@ pub(crate) fn solve(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &Asked<'_
         return Err(problem.no_freedom(done.2.rank));
     }
     let mut values = last;
-    if !asked.any_sign && last[0] <= 0.0 {
+    if !asked.any_sign && reaches_zero(last) {
         let bound = LEAST * extremes(alpha)?[0].clamp(0.0, 1.0);
         done = problem.bounded(&done.1, bound).map_err(|error| match error {
             FineTuneError::Edit(EditError::Solve(SolveError::Conflict { .. })) => {
@@ -89,11 +90,12 @@ pub(crate) fn solve(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &Asked<'_
             other => other,
         })?;
         values = extremes(&done.1)?;
-        if values[0] <= 0.0 {
+        if reaches_zero(values) {
             return Err(FineTuneError::NoPositive { least: last[0], most: last[1], bound });
         }
     }
     let (curve, found, mut report) = done;
+    report.notes.extend(problem.notes.iter().cloned());
     let apart = |a: &[f64], b: &[f64]| mean(&problem.gram, a, b, alpha.space().length());
     let change = apart(alpha.coefficients(), found.coefficients());
     // From 1 to what was asked, and from there back to what came.
@@ -306,20 +308,25 @@ struct Problem<'a> {
     tuning: Arc<Tuning>,
     asked: &'a Asked<'a>,
     conditions: Vec<Constraint>,
+    /// What there is to say of what was asked and holds by itself.
+    notes: Vec<String>,
 }
 
 impl<'a> Problem<'a> {
     /// From α's values as they are to start with.
     fn new(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &'a Asked<'a>) -> Result<Self> {
         let start = asked.given.point(asked.given.domain().0)?;
-        Ok(Self {
-            scale: Scale::new(alpha),
-            gram: gram(alpha.space()),
-            tuned: tuned_curve(&tuning, alpha.coefficients(), start)?,
-            conditions: asked.conditions(&tuning, alpha.space())?,
-            tuning,
-            asked,
-        })
+        let scale = Scale::new(alpha);
+        let tuned = tuned_curve(&tuning, alpha.coefficients(), start)?;
+        let mut conditions = asked.conditions(&tuning, alpha.space())?;
+        let notes = match &asked.host {
+            None => take_out(&mut conditions, &Shapes::new([&tuned as &dyn Shape, &scale]), tuning.as_ref())?,
+            Some(host) => {
+                let (whole, map) = (host.with(tuned.points())?, Hosted::new(Arc::clone(&tuning), host));
+                take_out(&mut conditions, &Shapes::new([&whole as &dyn Shape, &scale, &tuned]), &map)?
+            }
+        };
+        Ok(Self { gram: gram(alpha.space()), scale, tuned, conditions, tuning, asked, notes })
     }
 
     /// The same with α at least `bound` everywhere, where it is not so in the first answer.

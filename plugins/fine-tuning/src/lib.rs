@@ -16,6 +16,7 @@ mod ends;
 mod error;
 mod exact;
 mod fit;
+mod idle;
 mod lift;
 mod lines;
 mod local;

@@ -128,6 +128,29 @@ impl Tuning {
         }
     }
 
+    /// What becomes of a row over the control vertices as one over α's values.
+    fn influence_of(&self, curve: &[f64], scale: &[f64]) -> Influence {
+        let mut found: Vec<[f64; 2]> = scale.chunks_exact(3).map(|f| [f[0], f[0].abs()]).collect();
+        let (mut behind, mut sizes) = (Vector::zeros(), Vector::zeros());
+        for i in (0..self.starts.len() - 1).rev() {
+            let own = Vector::new(curve[3 * i + 3], curve[3 * i + 4], curve[3 * i + 5]);
+            behind += own;
+            sizes += own.abs();
+            if sizes == Vector::zeros() {
+                continue;
+            }
+            for (j, by) in self.row(i) {
+                found[j][0] += by.dot(&behind);
+                found[j][1] += by.abs().dot(&sizes);
+            }
+        }
+        if found.iter().all(|[_, sizes]| *sizes == 0.0) {
+            return Influence::Nothing;
+        }
+        let is_rounding = |[sum, sizes]: &[f64; 2]| sum.abs() <= ROUNDING * sizes;
+        if found.iter().all(is_rounding) { Influence::Rounding } else { Influence::Some }
+    }
+
     /// The control vertices alone, one after another; the running sum is compensated.
     fn each_vertex(&self, alpha: &[f64], mut put: impl FnMut(Vector)) {
         let (mut sum, mut lost) = (Vector::zeros(), Vector::zeros());
@@ -139,6 +162,39 @@ impl Tuning {
             sum = next;
             put(sum);
         }
+    }
+}
+
+/// The part of the sizes of its terms up to which a sum is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// What α's values have to say in a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Influence {
+    /// Nothing: each of its terms is zero.
+    Nothing,
+    /// Sums of terms that cancel but for rounding: what it asks is so, or not, whatever α is.
+    Rounding,
+    Some,
+}
+
+/// A map from the values of α.
+pub(crate) trait FromAlpha: Operator {
+    /// What they have to say in a row over what it maps to. `O(n)`.
+    fn influence(&self, row: &[f64]) -> Influence;
+}
+
+impl FromAlpha for Tuning {
+    fn influence(&self, row: &[f64]) -> Influence {
+        let (curve, scale) = row.split_at(3 * self.space.len());
+        self.influence_of(curve, scale)
+    }
+}
+
+impl FromAlpha for Hosted {
+    fn influence(&self, row: &[f64]) -> Influence {
+        let (part, scale) = self.split(row);
+        self.part.influence_of(&part, scale)
     }
 }
 
@@ -188,6 +244,17 @@ impl Hosted {
     pub(crate) fn new(part: Arc<Tuning>, host: &Host) -> Self {
         Self { part, inner: host.inner().to_vec(), len: host.curve().points().len() }
     }
+
+    /// A row as one over the part's control vertices, and over α's own.
+    fn split<'f>(&self, row: &'f [f64]) -> (Vec<f64>, &'f [f64]) {
+        let (whole, rest) = row.split_at(3 * self.len);
+        let (scale, part) = rest.split_at(3 * self.part.count);
+        let mut all = part.to_vec();
+        for (&k, own) in self.inner.iter().zip(all.chunks_exact_mut(3).skip(1)) {
+            own.iter_mut().zip(&whole[3 * k..3 * k + 3]).for_each(|(own, f)| *own += f);
+        }
+        (all, scale)
+    }
 }
 
 impl Operator for Hosted {
@@ -222,12 +289,7 @@ impl Operator for Hosted {
     }
 
     fn apply_transposed(&self, f: &[f64], x: &mut [f64]) {
-        let (whole, rest) = f.split_at(3 * self.len);
-        let (scale, part) = rest.split_at(3 * self.part.count);
-        let mut all = part.to_vec();
-        for (&k, own) in self.inner.iter().zip(all.chunks_exact_mut(3).skip(1)) {
-            own.iter_mut().zip(&whole[3 * k..3 * k + 3]).for_each(|(own, f)| *own += f);
-        }
-        self.part.apply_transposed_of(&all, scale, x);
+        let (part, scale) = self.split(f);
+        self.part.apply_transposed_of(&part, scale, x);
     }
 }

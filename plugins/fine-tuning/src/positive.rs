@@ -20,6 +20,11 @@ const TIMES: usize = 40;
 /// So often a smallest value is looked for between its neighbours.
 const CLOSER: usize = 4;
 
+/// Whether α reaches zero, of its smallest and its largest value: to a few times rounding, which says nothing about its sign.
+pub(crate) fn reaches_zero([least, most]: [f64; 2]) -> bool {
+    least <= 16.0 * f64::EPSILON * least.abs().max(most.abs())
+}
+
 /// What a bound of α is called.
 pub(crate) const POSITIVE: &str = "alpha is positive";
 

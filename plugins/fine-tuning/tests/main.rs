@@ -2,6 +2,7 @@
 
 mod bends;
 mod curves;
+mod identities;
 mod jagged;
 mod motions;
 mod numbers;

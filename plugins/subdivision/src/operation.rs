@@ -281,9 +281,12 @@ fn mesh(parameters: &Parameters, mesh: &Mesh, levels: usize) -> Result<(Geometry
     } else if parameters.has("alpha") {
         check_size(parameters, levels, first * 4.0_f64.powf(levels as f64), "faces")?;
         let size = cage.points().iter().fold(0.0, |most: f64, p| most.max(p.coords.amax()));
+        let elsewhere = doo_sabin::irregular(&cage);
         let tuned = tuned(parameters, cage)?;
-        strain =
-            format!("; edges differ by {} of their lengths from what they are to be", figure(tuned.strain));
+        strain = format!(
+            "; edges differ by {} of their lengths from what they are to be{elsewhere}",
+            figure(tuned.strain)
+        );
         let fine = catmull_clark::refine_times(&tuned.cage, levels)?;
         if limit { welded(&fine, &catmull_clark::limit_frames(&fine)?, size)? } else { fine.to_mesh()? }
     } else {

@@ -141,6 +141,10 @@ impl Product {
             }
             let best = &mut best[self.space.vertex(k)];
             for piece in low..high {
+                // Nothing grows less than not at all.
+                if best.0 <= 1.0 {
+                    break;
+                }
                 let growth =
                     growth(&flat[k + 1..=k + degree], partition[piece], partition[piece + 1], best.0);
                 if growth < best.0 {

@@ -14,4 +14,5 @@ pub use limit::{limit_frames, limit_stencils};
 pub(crate) use refine::double_knots;
 pub use refine::{refine, refine_times, stencil};
 pub use surface::DooSabinSurface;
+pub(crate) use tune::irregular;
 pub use tune::{FineTune, Tuned};

@@ -2,6 +2,7 @@
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::solve::{EnvelopeCholesky, Symmetric};
+use loftsman_kernel::text::counted;
 
 use super::elevate::{elevated, ends, settle};
 use crate::cage::{Cage, between, present};
@@ -266,4 +267,20 @@ fn across(topology: &Topology, half: u32, at: &impl Fn(u32) -> loftsman_kernel::
     let next = topology.next(half);
     let cut = ends(topology, half)[1] || ends(topology, next)[0];
     (at(next) - at(half)) * if cut { 2.0 } else { 1.0 }
+}
+
+/// What there is to say of a Doo-Sabin cage that becomes a bicubic form, which is the same surface where all faces and vertices have four edges.
+pub(crate) fn irregular(cage: &Cage) -> String {
+    let topology = cage.topology();
+    let faces = (0..topology.face_count()).filter(|&face| topology.face(face).len() != 4).count();
+    let is_other = |&v: &usize| !topology.is_boundary_vertex(v) && topology.around(v).count() != 4;
+    let vertices = (0..topology.vertex_count()).filter(is_other).count();
+    if faces + vertices == 0 {
+        return String::new();
+    }
+    format!(
+        "; round {} and {} of other than four edges the bicubic form is another surface than Doo and Sabin's, alpha or none",
+        counted(faces, "face[|s]"),
+        counted(vertices, "vert[ex|ices]")
+    )
 }

@@ -27,7 +27,7 @@ impl Topology {
         };
         let what = if faces.len() == 1 { "face" } else { "faces" };
         format!(
-            "{run}: turn {what} {}{more} over, so that all are counterclockwise from outside",
+            "{run}: turn {what} {}{more} over, or all others, whichever leaves all counterclockwise from outside",
             named.join(", ")
         )
     }
