@@ -12,11 +12,10 @@ use loftsman_kernel::spline::algebra::{Field, Function};
 use loftsman_kernel::{Point, Vector};
 
 use crate::error::{FineTuneError, Result};
-use crate::exact::LEAST;
 use crate::lift::{Alpha, Place};
 use crate::lines::derivative_u;
 use crate::measure::{mass, nearest_with_ones};
-use crate::positive::{Above, NEAR, POSITIVE, bounded, reaches_zero, told};
+use crate::positive::{Above, NEAR, POSITIVE, bound, bounded, reaches_zero, told};
 use crate::surface::Pin;
 
 /// How the edges are to stay.
@@ -105,7 +104,7 @@ impl Edges<'_> {
         }
         let [least, most] = alpha.with(values.clone())?.extremes()?;
         if !self.any_sign && reaches_zero([least, most]) {
-            let bound = LEAST * alpha.extremes()?[0].clamp(0.0, 1.0);
+            let bound = bound(alpha.extremes()?[0], [least, most]);
             let none = || FineTuneError::NoPositive { least, most, bound };
             (values, report) = problem.bounded(&values, bound).map_err(|error| match error {
                 FineTuneError::Edit(EditError::Solve(SolveError::Conflict { .. })) => none(),

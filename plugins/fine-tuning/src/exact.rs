@@ -20,11 +20,8 @@ use crate::lift::{Alpha, Place};
 use crate::local::{Host, within};
 use crate::measure::{gram, mean, undone};
 use crate::operator::{Hosted, Tuning};
-use crate::positive::{Above, NEAR, POSITIVE, bounded, reaches_zero, told};
+use crate::positive::{Above, NEAR, POSITIVE, bound, bounded, reaches_zero, told};
 use crate::scale::Scale;
-
-/// α's values stay at least this part of the smallest value that was asked (or of 1), where they would not be positive.
-pub(crate) const LEAST: f64 = 1e-3;
 
 /// What α has to make true.
 pub(crate) struct Asked<'a> {
@@ -82,7 +79,7 @@ pub(crate) fn solve(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &Asked<'_
     }
     let mut values = last;
     if !asked.any_sign && reaches_zero(last) {
-        let bound = LEAST * extremes(alpha)?[0].clamp(0.0, 1.0);
+        let bound = bound(extremes(alpha)?[0], last);
         done = problem.bounded(&done.1, bound).map_err(|error| match error {
             FineTuneError::Edit(EditError::Solve(SolveError::Conflict { .. })) => {
                 FineTuneError::NoPositive { least: last[0], most: last[1], bound }

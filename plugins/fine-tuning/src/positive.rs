@@ -25,6 +25,15 @@ pub(crate) fn reaches_zero([least, most]: [f64; 2]) -> bool {
     least <= 16.0 * f64::EPSILON * least.abs().max(most.abs())
 }
 
+/// α stays at least this part of its smallest value that was asked (or of 1), where it would not be positive; and of its largest there, below which a bound is
+/// rounding.
+const LEAST: [f64; 2] = [1e-3, 1e-6];
+
+/// The bound of α where the one asked for has this smallest value, and the answer without a bound these.
+pub(crate) fn bound(asked: f64, [least, most]: [f64; 2]) -> f64 {
+    f64::max(LEAST[0] * asked.clamp(0.0, 1.0), LEAST[1] * least.abs().max(most.abs()))
+}
+
 /// What a bound of α is called.
 pub(crate) const POSITIVE: &str = "alpha is positive";
 

@@ -314,8 +314,7 @@ fn springs_in_recipes() {
 /// what that is.
 #[test]
 fn what_is_held_and_what_is_left_are_said() {
-    let points: Vec<Point> =
-        (0..8).map(|k| f64::from(k)).map(|t| Point::new(t, (1.3 * t).sin(), 0.0)).collect();
+    let points: Vec<Point> = (0..8).map(f64::from).map(|t| Point::new(t, (1.3 * t).sin(), 0.0)).collect();
     let open = Curve::new(Space::clamped_uniform(3, 8).unwrap(), points).unwrap();
     let scene_of = |curve: &Curve| {
         let mut scene = Scene::new();

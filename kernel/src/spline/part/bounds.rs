@@ -235,8 +235,11 @@ fn keeps_sign(net: &[Value], columns: usize) -> [bool; 2] {
     [one_sign(columns, &|k| k + columns < net.len()), one_sign(1, &|k| k % columns + 1 < columns)]
 }
 
+/// A part of a net, and the parameters that it covers.
+type Cut = (Vec<Value>, [(f64, f64); 2]);
+
 /// Halves a net, and its box with it.
-fn cut(net: &[Value], columns: usize, at: [(f64, f64); 2], by_u: bool) -> [(Vec<Value>, [(f64, f64); 2]); 2] {
+fn cut(net: &[Value], columns: usize, at: [(f64, f64); 2], by_u: bool) -> [Cut; 2] {
     let [first, second] =
         if by_u { halves(net, net.len() / columns, columns) } else { halves_of_rows(net, columns) };
     let d = usize::from(!by_u);
