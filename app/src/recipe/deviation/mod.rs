@@ -150,7 +150,7 @@ fn of_surfaces(before: &Surface, after: &Surface) -> Option<f64> {
         let left = Cell::new(EFFORT);
         let away = |[u, v]: [f64; 2]| {
             let point = after.point(u, v).ok()?;
-            let most = left.get().clamp(pieces.max(FEW), SEARCH);
+            let most = left.get().min(SEARCH).max(pieces.max(FEW));
             let (found, looked) = before.nearly_closest_of(point, 0.0, NEARLY, most).ok()?;
             left.set(left.get().saturating_sub(looked));
             let near =

@@ -9,8 +9,8 @@ use loftsman_kernel::scene::{Geometry, Object, Scene};
 pub(crate) struct Paint {
     /// All of it, but for faces that have colours of their own: the colour of its material, where it has one, else its own, or its layer's.
     pub(crate) all: Option<[f64; 4]>,
-    /// The base colours of its materials.
-    slots: Vec<[f64; 4]>,
+    /// The base colours of its materials; `None` of one that there is not.
+    slots: Vec<Option<[f64; 4]>>,
 }
 
 /// Faces of a mesh that go out as one.
@@ -30,23 +30,24 @@ impl Paint {
             let alpha = if material.alpha == Alpha::Opaque { 1.0 } else { alpha };
             Some([r, g, b, alpha]).filter(|color| color.iter().all(|c| c.is_finite()))
         };
-        let slots: Vec<[f64; 4]> = object.materials.iter().map_while(color).collect();
+        let slots: Vec<Option<[f64; 4]>> = object.materials.iter().map(color).collect();
         let first = match object.geometry() {
             Geometry::Mesh(mesh) => mesh.materials.first().map_or(0, |slot| *slot as usize),
             _ => 0,
         };
-        let all = slots.get(first).copied().or_else(|| scene.color_of(object));
+        let all = slots.get(first).copied().flatten().or_else(|| scene.color_of(object));
         Self { all, slots }
     }
 
     /// The faces of a mesh by their colours, in the order of the first face of each. `O(faces)`, for few colours.
     pub(crate) fn groups(&self, mesh: &Mesh) -> Vec<Group> {
         let mut groups: Vec<Group> = Vec::new();
-        let mut of_slot: Vec<Option<usize>> = vec![None; self.slots.len().max(1)];
+        // The last is that of faces whose material is not there.
+        let mut of_slot: Vec<Option<usize>> = vec![None; self.slots.len() + 1];
         for face in 0..mesh.face_count() {
             let slot = mesh.materials.get(face).map_or(0, |slot| *slot as usize).min(of_slot.len() - 1);
             let group = *of_slot[slot].get_or_insert_with(|| {
-                let color = self.slots.get(slot).copied();
+                let color = self.slots.get(slot).copied().flatten();
                 groups.iter().position(|group| group.color == color).unwrap_or_else(|| {
                     groups.push(Group { color, faces: Vec::new() });
                     groups.len() - 1
