@@ -45,15 +45,23 @@ pub(super) fn factor(
     // What unknowns cannot tell apart depends on one another, whatever the rows say of the columns.
     let through = matches!(system.metric(), SystemMetric::Through(_));
     let plain = system.in_metric(Arc::clone(&whitened.rows));
-    let mut inner = factor(&plain)?;
+    // Rows without anything, as of a plane curve's third coordinate, depend on the others whatever these are.
+    let is_empty = |row: &usize| plain.rows().row(*row).1.iter().all(|value| *value == 0.0);
+    let (empty, some): (Vec<usize>, Vec<usize>) = (0..count).partition(is_empty);
+    let mut inner = if empty.is_empty() { factor(&plain)? } else { factor(&plain.select(&some))? };
     let (mut kept, mut dependencies) = (None, Vec::new());
-    if inner.rank() < count {
+    if !empty.is_empty() {
+        dependencies = empty.into_iter().map(|row| Dependency { row, combination: Vec::new() }).collect();
+    }
+    if inner.rank() < some.len() {
         let (independent, others) = reduce(if through { &plain } else { system }, solver)?;
         inner = factor(&plain.select(&independent).finely())?;
         if inner.rank() < independent.len() {
             return Err(ill_conditioned(solver, system, inner.as_ref()));
         }
         (kept, dependencies) = (Some(independent), others);
+    } else if some.len() < count {
+        kept = Some(some);
     }
     let part = vec![0.0; kept.as_ref().map_or(0, |kept| kept.len() * sides)];
     let e = vec![0.0; whitened.rows.width() * sides];

@@ -15,7 +15,7 @@ use crate::error::{FineTuneError, Result};
 use crate::lift::{Alpha, Place};
 use crate::lines::derivative_u;
 use crate::measure::{mass, nearest_with_ones};
-use crate::positive::{Above, NEAR, POSITIVE, bound, bounded, reaches_zero, told};
+use crate::positive::{Above, Bound, POSITIVE, bound, bounded, reaches_zero, told};
 use crate::surface::Pin;
 
 /// How the edges are to stay.
@@ -105,7 +105,7 @@ impl Edges<'_> {
         let [least, most] = alpha.with(values.clone())?.extremes()?;
         if !self.any_sign && reaches_zero([least, most]) {
             let bound = bound(alpha.extremes()?[0], [least, most]);
-            let none = || FineTuneError::NoPositive { least, most, bound };
+            let none = || FineTuneError::NoPositive { least, most, bound: bound.at_least };
             (values, report) = problem.bounded(&values, bound).map_err(|error| match error {
                 FineTuneError::Edit(EditError::Solve(SolveError::Conflict { .. })) => none(),
                 other => other,
@@ -209,7 +209,7 @@ struct Problem<'a> {
 
 impl Problem<'_> {
     /// The same with α at least `bound` everywhere, where it is not so in the first answer.
-    fn bounded(&self, first: &[f64], bound: f64) -> Result<(Vec<f64>, Report)> {
+    fn bounded(&self, first: &[f64], bound: Bound) -> Result<(Vec<f64>, Report)> {
         let first = self.alpha.with(first.to_vec())?;
         let solve = |held: &[Place]| {
             let rows = held.iter().map(|place| Ok((first.row(*place)?, bound)));
@@ -217,13 +217,13 @@ impl Problem<'_> {
         };
         let (values, mut report) = bounded(&first, bound, solve, |(values, _)| values.clone())?;
         report.constraints.retain(|one| one.name != POSITIVE);
-        report.active = vec![format!("alpha ≥ {}", short(bound))];
+        report.active = vec![format!("alpha ≥ {}", short(bound.at_least))];
         report.notes.push(told(&first.with(values.clone())?, bound, "edges")?);
         Ok((values, report))
     }
 
     /// The least change that makes the equations true, and sums of α's values at least so large.
-    fn solve(&self, bounds: &[(Vec<(usize, f64)>, f64)]) -> Result<(Vec<f64>, Report)> {
+    fn solve(&self, bounds: &[(Vec<(usize, f64)>, Bound)]) -> Result<(Vec<f64>, Report)> {
         let mut number = vec![None; self.start.len()];
         self.free.iter().enumerate().for_each(|(x, k)| number[*k] = Some(x));
         let count = self.equations.rows.len();
@@ -274,14 +274,13 @@ impl Problem<'_> {
             edit = edit.ask(pin.called(&format!("alpha_at[{k}]")));
         }
         for (row, bound) in bounds {
-            let slack = bound.abs();
             // What is fixed counts, and cannot change.
             let fixed: f64 =
                 row.iter().filter(|(k, _)| number[*k].is_none()).map(|(k, c)| c * self.start[*k]).sum();
             let free: Vec<_> = row.iter().filter_map(|(k, c)| Some((number[*k]?, *c))).collect();
             if !free.is_empty() {
-                let above = Above { terms: free, accuracy: slack * NEAR };
-                edit = edit.ask(above.at_least(bound - fixed).called(POSITIVE));
+                let above = Above { terms: free, accuracy: bound.near };
+                edit = edit.ask(above.at_least(bound.at_least - fixed).called(POSITIVE));
             }
         }
         let done = edit.solve_with(Arc::clone(self.edges.solver))?;

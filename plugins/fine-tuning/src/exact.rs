@@ -20,7 +20,7 @@ use crate::lift::{Alpha, Place};
 use crate::local::{Host, within};
 use crate::measure::{gram, mean, undone};
 use crate::operator::{Hosted, Tuning};
-use crate::positive::{Above, NEAR, POSITIVE, bound, bounded, reaches_zero, told};
+use crate::positive::{Above, Bound, POSITIVE, bound, bounded, reaches_zero, told};
 use crate::scale::Scale;
 
 /// What α has to make true.
@@ -82,13 +82,13 @@ pub(crate) fn solve(tuning: Arc<Tuning>, alpha: &Function<f64>, asked: &Asked<'_
         let bound = bound(extremes(alpha)?[0], last);
         done = problem.bounded(&done.1, bound).map_err(|error| match error {
             FineTuneError::Edit(EditError::Solve(SolveError::Conflict { .. })) => {
-                FineTuneError::NoPositive { least: last[0], most: last[1], bound }
+                FineTuneError::NoPositive { least: last[0], most: last[1], bound: bound.at_least }
             }
             other => other,
         })?;
         values = extremes(&done.1)?;
         if reaches_zero(values) {
-            return Err(FineTuneError::NoPositive { least: last[0], most: last[1], bound });
+            return Err(FineTuneError::NoPositive { least: last[0], most: last[1], bound: bound.at_least });
         }
     }
     let (curve, found, mut report) = done;
@@ -327,12 +327,12 @@ impl<'a> Problem<'a> {
     }
 
     /// The same with α at least `bound` everywhere, where it is not so in the first answer.
-    fn bounded(&self, first: &Function<f64>, bound: f64) -> Result<Answer> {
+    fn bounded(&self, first: &Function<f64>, bound: Bound) -> Result<Answer> {
         let first = Alpha::Line(first.clone());
         let solve = |held: &[Place]| -> Result<Answer> {
             let bounds = held.iter().map(|place| -> Result<Constraint> {
-                Ok(Above { terms: first.row(*place)?, accuracy: bound * NEAR }
-                    .at_least(bound)
+                Ok(Above { terms: first.row(*place)?, accuracy: bound.near }
+                    .at_least(bound.at_least)
                     .called(POSITIVE))
             });
             Ok(self.solve(&bounds.collect::<Result<Vec<_>>>()?)?)
@@ -342,7 +342,7 @@ impl<'a> Problem<'a> {
         // Nobody asked for these: told together.
         report.constraints.truncate(self.conditions.len());
         report.active.retain(|name| self.conditions.iter().any(|c| c.label() == *name));
-        report.active.push(format!("alpha ≥ {bound}"));
+        report.active.push(format!("alpha ≥ {}", bound.at_least));
         report.notes.push(told(&Alpha::Line(alpha.clone()), bound, "ends")?);
         Ok((curve, alpha, report))
     }

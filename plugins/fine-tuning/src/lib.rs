@@ -20,6 +20,7 @@ mod idle;
 mod lift;
 mod lines;
 mod local;
+mod lowest;
 mod measure;
 mod operation;
 mod operator;
