@@ -3,9 +3,10 @@
 #![allow(clippy::unwrap_used, reason = "what is missing fails the test")]
 
 use loftsman_kernel::nalgebra::DMatrix;
+use loftsman_kernel::shape::{Derivative, Location, Shape, Stencil};
 use loftsman_kernel::{Point, Vector};
 use loftsman_subdivision::catmull_clark::{limit_stencils, sectors};
-use loftsman_subdivision::{Cage, LimitFrame};
+use loftsman_subdivision::{Cage, LimitFrame, SubdivisionSurface};
 
 use crate::shapes::levels::explicit;
 use crate::shapes::plain::Plain;
@@ -282,4 +283,63 @@ fn planes_at_ends_of_creases() {
     }
     println!("{count} ends of creases");
     assert!(count > 20, "{count}");
+}
+
+/// A vertex with several tangent planes has no tangents as such, the places that the refusal names have each those of a side, and all sides are among them
+/// (of up to four); any other vertex has its own.
+#[test]
+fn whose_tangents_are_meant_is_to_be_said() {
+    let (mut refused, mut own) = (0, 0);
+    for (name, cage) in cages() {
+        let Ok(surface) = SubdivisionSurface::new(cage.clone()) else { continue };
+        let row = |at: Location, u: usize, v: usize| surface.stencil(at, Derivative { u, v });
+        let applied =
+            |stencil: &Stencil| -> Vector { stencil.iter().map(|(k, c)| cage.points()[k].coords * c).sum() };
+        for vertex in 0..cage.points().len() {
+            let at = Location::Vertex(vertex as u32);
+            if row(at, 0, 0).is_err() {
+                continue;
+            }
+            let sides = sectors(&cage, vertex).unwrap();
+            if sides == 1 {
+                assert!(row(at, 1, 0).is_ok() && row(at, 0, 1).is_ok(), "{name} {vertex}");
+                own += 1;
+                continue;
+            }
+            refused += 1;
+            let said = row(at, 1, 0).unwrap_err().to_string();
+            assert!(said.contains(&format!("vertex {vertex} has tangents")), "{said}");
+            let normal = |[a, b]: [&Stencil; 2]| applied(a).cross(&applied(b)).try_normalize(1e-12);
+            let of_sides = (0..sides).map(|side| {
+                let limit = limit_stencils(&cage, vertex, side).unwrap();
+                normal([&limit.tangents[0], &limit.tangents[1]])
+            });
+            let of_sides: Vec<Option<Vector>> = of_sides.collect();
+            let places: Vec<&str> = said.split("{ face = ").skip(1).collect();
+            assert!(!places.is_empty() && places.len() <= 4, "{said}");
+            let mut met = vec![false; sides];
+            for place in &places {
+                let face: usize = place.split(',').next().unwrap().parse().unwrap();
+                let uv = place.split("uv = ").nth(1).unwrap();
+                let (u, v) = (&uv[1..2] == "1", &uv[4..5] == "1");
+                let at = Location::Face(face as u32, f64::from(u8::from(u)), f64::from(u8::from(v)));
+                let point = applied(&row(at, 0, 0).unwrap());
+                let limit = applied(&row(Location::Vertex(vertex as u32), 0, 0).unwrap());
+                assert!((point - limit).norm() < 1e-10, "{name} {vertex} {place}: {point} {limit}");
+                let (a, b) = (row(at, 1, 0).unwrap(), row(at, 0, 1).unwrap());
+                let Some(found) = normal([&a, &b]) else { continue };
+                let same = |n: &Option<Vector>| n.is_some_and(|n| n.cross(&found).norm() < 1e-8);
+                assert!(of_sides.iter().any(same), "{name} {vertex} {place}: {found} {of_sides:?}");
+                of_sides.iter().zip(&mut met).for_each(|(n, met)| *met |= same(n));
+            }
+            // Where no hole has a side of its own.
+            if places.len() < 4 && places.len() == cage.topology().vertex_faces(vertex).count() {
+                assert!(
+                    of_sides.iter().zip(&met).all(|(n, met)| n.is_none() || *met),
+                    "{name} {vertex}: {said}"
+                );
+            }
+        }
+    }
+    assert!(refused > 100 && own > 1000, "{refused} {own}");
 }

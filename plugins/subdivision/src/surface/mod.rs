@@ -24,6 +24,7 @@ pub(crate) mod places;
 pub(crate) mod quads;
 mod regular;
 mod sampled;
+mod sided;
 mod spans;
 mod template;
 pub(crate) mod tessellate;
@@ -70,7 +71,7 @@ const LEVELS: u32 = 40;
 /// until the place is in a bicubic piece (Stam 1998, without eigenvectors, which makes creases of any sharpness no other case). At an
 /// extraordinary vertex itself, and within 2⁻⁴⁰ of it, it is the limit position; first derivatives there are tangents whose lengths say
 /// nothing, and higher ones do not exist. `Location::Vertex(vertex)` is the limit of a vertex of the cage, `[1, 0]` and `[0, 1]` two
-/// tangents there.
+/// tangents there, refused where each side has its own (a crease that is sharp for ever, a corner of several faces).
 ///
 /// *Knot intervals.* Where opposite edges of every quad have the same (a row of faces has one interval, as the knots of a tensor-product
 /// spline), the surface consists of bicubic pieces again: of a grid it is the spline with these knots, and round an extraordinary vertex
@@ -343,6 +344,7 @@ impl Shape for SubdivisionSurface {
                 if by == Derivative::POSITION {
                     return limit_position(&self.cage, vertex as usize).map_err(refused);
                 }
+                self.check_one_sided(vertex as usize)?;
                 let limit = limit_stencils(&self.cage, vertex as usize, 0).map_err(refused)?;
                 of_limit(limit, by, || format!("vertex {vertex}"))
             }
