@@ -21,7 +21,7 @@ use crate::operator::Tuning;
 use crate::positive::check_positive;
 
 /// The gap of a closed curve that was tuned with its end let go, as a part of its size, up to which it closes: rounding.
-const CLOSES: f64 = 1e-12;
+pub(crate) const CLOSES: f64 = 1e-12;
 /// Turns of so many degrees and more are told.
 const TOLD_TURN: f64 = 0.01;
 
@@ -354,8 +354,30 @@ impl FineTune {
         if self.ends != Ends::Exact {
             report.alpha = extremes(&tuned_alpha)?;
         }
+        if curve.is_periodic() {
+            report.notes.extend(seam(&tuned_alpha)?);
+        }
         Ok(Tuned { curve, alpha: tuned_alpha, report })
     }
+}
+
+/// The part of α by which its ends may differ.
+const SEAM: f64 = 1e-9;
+
+/// What there is to say of a closed curve whose α ends with another value than it starts with.
+fn seam(alpha: &Function<f64>) -> Result<Option<String>> {
+    let (a, b) = alpha.space().domain();
+    let [first, last] = [alpha.value(a)?, alpha.value(b)?];
+    if alpha.space().is_periodic() || (first - last).abs() <= SEAM * first.abs().max(last.abs()) {
+        return Ok(None);
+    }
+    Ok(Some(format!(
+        "alpha is {} where the closed curve starts and {} where it ends: its curvature jumps there, by the factor {}; an alpha that is periodic itself \
+         (as numbers and lists of values are) leaves it as it was",
+        figure(first),
+        figure(last),
+        figure(first / last)
+    )))
 }
 
 /// The same curve in Bézier pieces; a closed one stays closed.

@@ -4,12 +4,12 @@ use loftsman_kernel::Vector;
 use loftsman_kernel::spline::algebra::Field;
 use loftsman_kernel::spline::{Direction, Space, Surface};
 
-use crate::curve::Ends;
+use crate::curve::{CLOSES, Ends};
 use crate::edges::Edges;
 use crate::error::{FineTuneError, Result};
 use crate::fit::{fitted, raised};
 use crate::lift::{Alpha, lifted};
-use crate::lines::{across, facing, index, name};
+use crate::lines::{across, facing, index, name, size};
 use crate::measure::{self, change, undone};
 use crate::scaling::Scaling;
 use crate::similar::matched;
@@ -115,7 +115,15 @@ impl FineTuneSurface {
         let closed = given.space(Direction::U).is_periodic();
         let fixed = match self.ends[index(direction)] {
             Ends::Exact => return lifted(given, alpha, closed, names),
-            Ends::Free => return lifted(given, alpha, false, names),
+            Ends::Free => {
+                let open = lifted(given, alpha, false, names)?;
+                // What closes by itself stays closed.
+                return if closed && gap(&open) <= CLOSES {
+                    lifted(given, alpha, true, names)
+                } else {
+                    Ok(open)
+                };
+            }
             Ends::Position => 1,
             Ends::Tangent => 2,
             Ends::Curvature => 3,
@@ -129,6 +137,13 @@ impl FineTuneSurface {
         report.scale[index(direction)] = scale;
         Ok(field)
     }
+}
+
+/// How far apart the first and the last line of a clamped surface are, as a part of its size.
+fn gap(field: &Field<Vector>) -> f64 {
+    let (all, n) = (field.coefficients(), field.space(Direction::V).len());
+    let pairs = all.iter().zip(&all[all.len() - n..]);
+    pairs.fold(0.0_f64, |m, (a, b)| m.max((a - b).amax())) / size(field)
 }
 
 /// α with its outermost columns 1.

@@ -467,6 +467,45 @@ fn closed_curves() {
     assert!(tuned.report().change < 0.3, "{}", tuned.report().change);
 }
 
+/// An α that ends with another value than it starts with makes a closed curve's curvature jump, which is told with the factor; one that is periodic does not, nor
+/// one whose ends agree.
+#[test]
+fn a_jump_at_the_seam_is_told() {
+    let space = Space::periodic_uniform(3, 12).unwrap();
+    let ring = (0..12).map(|i| f64::from(i) / 12.0 * std::f64::consts::TAU);
+    let points = ring.map(|a| Point::new(3.0 * a.cos(), 2.0 * a.sin(), 0.1 * (2.0 * a).sin())).collect();
+    let curve = Curve::new(space, points).unwrap();
+    let (a, b) = curve.domain();
+    let knots: Vec<f64> = (0..=9).map(|k| a + (b - a) * f64::from(k) / 9.0).collect();
+    let open = Space::clamped(2, &knots).unwrap();
+    let rising = (0..open.len()).map(|k| 0.6 + 0.1 * k as f64).collect();
+    let alpha = Function::new(open.clone(), rising).unwrap();
+    let tuned = FineTune::new(&curve, alpha).solve().unwrap();
+    assert!(tuned.curve().is_periodic());
+    let bend = |at: f64| {
+        let [first, second] = [1, 2].map(|order| tuned.curve().derivative(at, order).unwrap());
+        first.cross(&second).norm() / first.norm().powi(3)
+    };
+    let own = bend(b - 1e-7) / bend(a + 1e-7);
+    let [first, last] = [a, b].map(|at| tuned.alpha().value(at).unwrap());
+    assert!((own - first / last).abs() < 1e-5 && (own - 1.0).abs() > 0.05, "{own} {first} {last}");
+    let note = tuned.report().notes.iter().find(|note| note.contains("jumps there")).unwrap();
+    let told: f64 = note.split("by the factor ").nth(1).unwrap().split(';').next().unwrap().parse().unwrap();
+    assert!((told - own).abs() < 1e-3 * own, "{note}");
+    let mut same: Vec<f64> = (0..open.len()).map(|k| 1.0 + 0.2 * (k as f64).sin()).collect();
+    let last = same.len() - 1;
+    same[last] = same[0];
+    let even = Function::new(open, same).unwrap();
+    let smooth = [alpha_of(&curve, (0..12).map(|k| 1.0 + 0.02 * f64::from(k)).collect()).unwrap(), even];
+    for (k, alpha) in smooth.into_iter().enumerate() {
+        // Ends that agree may be moved apart to close the curve: as they are with free ends, where that closes.
+        let tuned = FineTune::new(&curve, alpha).solve().unwrap();
+        let [first, last] = [a, b].map(|at| tuned.alpha().value(at).unwrap());
+        let jumps = tuned.report().notes.iter().any(|note| note.contains("jumps there"));
+        assert_eq!(jumps, k == 1 && (first - last).abs() > 1e-9 * first, "{k} {first} {last}");
+    }
+}
+
 /// A point is passed, and one coordinate of another kept, while α scales: fine tuning and constraints in one step.
 #[test]
 fn constraints_beside() {

@@ -120,3 +120,35 @@ fn constants_and_rigid_motions() {
         assert!(distance(&turned, &other) <= 1e-12 * size(&moved), "{case}");
     }
 }
+
+/// A surface that is closed both ways stays so with free ends where α lets it (a constant, and what is scaled the other way only), and opens where it does not.
+#[test]
+fn what_closes_by_itself_stays_closed() {
+    let mut random = Lcg::new(77);
+    let mut opened = 0;
+    for (p, q) in [(2, 2), (3, 2), (3, 3), (4, 5)] {
+        let ring = |degree: usize, n: usize| Space::periodic_uniform(degree, n).unwrap();
+        let surface = shaped(ring(p, 9), ring(q, 8), &mut random);
+        for factor in [0.5, 1.0, 3.0] {
+            let [u, v] = surface_alpha_spaces(&surface).unwrap();
+            let constants = [
+                Scaling::u(Function::constant(u, factor).unwrap()),
+                Scaling::v(Function::constant(v, factor).unwrap()),
+            ];
+            for scaling in constants {
+                let tuned = free(&surface, scaling);
+                assert!(tuned.u().is_periodic() && tuned.v().is_periodic(), "{p} {q} {factor}");
+                let near = tuned.u().domain().1 - 1e-9;
+                let (before, after) =
+                    (tuned.point(near, 0.3).unwrap(), tuned.point(tuned.u().domain().0, 0.3).unwrap());
+                assert!((before - after).norm() < 1e-6 * size(&surface), "{p} {q} {factor}");
+            }
+        }
+        let alpha = any_line(&surface, U, &mut random);
+        let tuned = free(&surface, Scaling::u(alpha.clone()));
+        assert_scaled(&surface, &tuned, U, &|u, _| alpha.value(u).unwrap(), p as u64);
+        assert!(tuned.v().is_periodic());
+        opened += usize::from(!tuned.u().is_periodic());
+    }
+    assert_eq!(opened, 4);
+}
