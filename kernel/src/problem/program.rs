@@ -75,8 +75,23 @@ impl Problem {
         // What a best effort makes of the equations is what the inequalities stand beside.
         let mut softened = rhs.to_vec();
         kept.iter().zip(&solved.rhs).for_each(|(&row, b)| softened[row] = *b);
-        let program = Program { system: &full.system, rhs: &softened, senses: &senses, size };
-        match solver.program(&program)? {
+        // Equations that others imply, as just found, are none: to a finer tolerance some would be, and the bounds would be met beside other equations
+        // than the answer is.
+        let implied: Vec<usize> = solved.dependencies.iter().map(|d| kept[d.row]).collect();
+        let outcome = if implied.is_empty() {
+            solver.program(&Program { system: &full.system, rhs: &softened, senses: &senses, size })?
+        } else {
+            let asked: Vec<usize> = (0..senses.len()).filter(|row| !implied.contains(row)).collect();
+            let (rhs, size) = (gather(&softened, &asked), gather(size, &asked));
+            let own: Vec<Sense> = asked.iter().map(|&row| senses[row]).collect();
+            let system = full.system.select(&asked);
+            let all = |rows: Vec<usize>| rows.into_iter().map(|row| asked[row]).collect();
+            match solver.program(&Program { system: &system, rhs: &rhs, senses: &own, size: &size })? {
+                Outcome::Infeasible { rows } => Outcome::Infeasible { rows: all(rows) },
+                Outcome::Active { rows, steps } => Outcome::Active { rows: all(rows), steps },
+            }
+        };
+        match outcome {
             Outcome::Infeasible { rows } => Err(contradiction(self, full, &rows).into()),
             Outcome::Active { rows, .. } if rows.is_empty() => {
                 solved.part = Some((part, kept));

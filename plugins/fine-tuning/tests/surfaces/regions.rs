@@ -264,3 +264,49 @@ fn at_the_edges_of_the_surface_nothing_joins() {
     }
     assert!(lower >= 20, "{lower}");
 }
+
+/// α(u, v) that wants to run from a sixth to six over a region whose border stays: where 1 keeps the border (it always does) some positive α does, and one is
+/// found.
+#[test]
+fn regions_with_a_wide_alpha() {
+    let (mut asked, mut held) = (0, 0);
+    for case in 0..80 {
+        let (surface, mut random) = (any_surface(case), Lcg::new(case + 9000));
+        let mut part = |space: &Space| {
+            let (a, b) = space.domain();
+            (a + (b - a) * random.next() * 0.4, a + (b - a) * (0.7 + 0.25 * random.next()))
+        };
+        let (in_u, in_v) = (part(surface.u()), part(surface.v()));
+        let direction = [U, V][random.below(2)];
+        let patch = surface.between(U, in_u.0, in_u.1).unwrap().between(V, in_v.0, in_v.1).unwrap();
+        let (knots, degrees) = if direction == U { ([17, 5], [3, 3]) } else { ([5, 17], [3, 3]) };
+        let net = any_net(&patch, knots, degrees, &mut random);
+        let tune = |alpha: Field<f64>| {
+            let tuning = FineTuneSurface::new(&surface, Scaling::along(direction, alpha));
+            tuning.between(U, in_u.0, in_u.1).between(V, in_v.0, in_v.1).continuity(1).solve()
+        };
+        // From [0.5, 1.5] to powers of ten.
+        let wide = net.mapped(|value| 10.0_f64.powf(1.6 * (value - 1.0))).unwrap();
+        let ones = net.mapped(|_| 1.0).unwrap();
+        // Too few values for what the border asks, or degrees too high.
+        if tune(ones).is_err() {
+            continue;
+        }
+        asked += 1;
+        match tune(wide) {
+            Ok(tuned) => {
+                let [least, most] = tuned.report().alpha[usize::from(direction == V)];
+                assert!(least > 0.0, "{case}: {least}");
+                held += usize::from(least < 1e-3 * most);
+                let whole = raised(&surface, tuned.surface());
+                assert!(distance(&surface, &whole) <= 1e-12 * size(&surface), "{case}");
+            }
+            Err(error) => {
+                let said = error.to_string();
+                assert!(said.contains("values") || said.contains("degree"), "{case}: {said}");
+                asked -= 1;
+            }
+        }
+    }
+    assert!(asked >= 20 && held >= 5, "{asked} {held}");
+}
