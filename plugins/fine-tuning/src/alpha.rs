@@ -8,6 +8,7 @@ use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::{Point, Vector};
 
 use crate::error::{FineTuneError, Result};
+use crate::flat::within;
 
 /// The largest α that ends are kept with: they are kept to rounding of the curve that α gives without them.
 pub(crate) const MOST: f64 = 1e9;
@@ -18,8 +19,9 @@ pub(crate) const MOST: f64 = 1e9;
 /// When the curve is rational (weights that are all the same are none), or torn.
 pub fn derivative(curve: &Curve) -> Result<Function<Vector>> {
     check_torn(curve.space(), "curve")?;
-    let function = polynomial(curve)?.function()?;
-    Ok(function.derivative().or_else(|_| function.opened()?.derivative())?)
+    let curve = polynomial(curve)?;
+    let function = curve.function()?;
+    within(function.derivative().or_else(|_| function.opened()?.derivative())?, &curve)
 }
 
 /// Refuses what is torn where a knot is repeated more often than its degree.

@@ -14,6 +14,7 @@ use crate::alpha::{check_degree, clamped, derivative, extremes, polynomial, rest
 use crate::ends::matched;
 use crate::error::{FineTuneError, Result};
 use crate::exact::{Asked, solve};
+use crate::flat::level;
 use crate::lift::Alpha;
 use crate::local::{Host, part};
 use crate::measure::{EXACT, Inexact, inexact};
@@ -248,7 +249,7 @@ impl FineTune {
 
     /// In the fewest knots; in pieces, where products of high degree would lose digits in those: the same curve, whose knots are repeated as often as can be.
     fn whole(&self, given: &Curve, alpha: &Function<f64>, continuity: [u8; 2]) -> Result<Tuned> {
-        let given = &*polynomial(given)?;
+        let given = &*level(polynomial(given)?)?;
         let tuned = self.knotted(given, alpha, continuity);
         if given.degree().saturating_sub(1) + alpha.space().degree() <= EXACT
             || !matches!(self.ends, Ends::Exact | Ends::Free)
@@ -354,7 +355,8 @@ impl FineTune {
         if self.ends != Ends::Exact {
             report.alpha = extremes(&tuned_alpha)?;
         }
-        if curve.is_periodic() {
+        // Polygons have no curvature.
+        if curve.is_periodic() && given.degree() > 1 {
             report.notes.extend(seam(&tuned_alpha)?);
         }
         Ok(Tuned { curve, alpha: tuned_alpha, report })
@@ -372,11 +374,11 @@ fn seam(alpha: &Function<f64>) -> Result<Option<String>> {
         return Ok(None);
     }
     Ok(Some(format!(
-        "alpha is {} where the closed curve starts and {} where it ends: its curvature jumps there, by the factor {}; an alpha that is periodic itself \
+        "alpha is {} where the closed curve starts and {} where it ends: its curvature jumps there, from the end to the start by the factor {}; an alpha that is periodic itself \
          (as numbers and lists of values are) leaves it as it was",
         figure(first),
         figure(last),
-        figure(first / last)
+        figure(last / first)
     )))
 }
 

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use loftsman_kernel::Point;
 use loftsman_kernel::edit::{Ask, Axis, Constraint, Edit, EditError, Report, Unknowns, Value, Wanted};
 use loftsman_kernel::functional::{Linearity, Position, Shapes, derivative, position, value_of};
 use loftsman_kernel::shape::{Location, Shape};
@@ -9,12 +10,12 @@ use loftsman_kernel::solve::{Operator, SolveError, Solver, Symmetric};
 use loftsman_kernel::spline::algebra::Function;
 use loftsman_kernel::spline::{Curve, Space};
 use loftsman_kernel::text::short;
-use loftsman_kernel::{Point, Vector};
 
 use crate::alpha::{MOST, extremes};
 use crate::closed::{OfClosed, Opened};
 use crate::curvature::bend;
 use crate::error::{FineTuneError, Result};
+use crate::flat::{axes, extent};
 use crate::idle::take_out;
 use crate::lift::{Alpha, Place};
 use crate::local::{Host, within};
@@ -454,34 +455,12 @@ const REACH: f64 = 1e-9;
 
 /// Of how many dimensions a curve is: 1 for a straight one, 2 for a plane one, else 3.
 fn dimensions(curve: &Curve) -> usize {
-    axes(curve).len()
+    axes(curve, REACH * extent(curve)).len()
 }
 
 /// The same, and how far a point is from the line or the plane that the curve is in.
 fn off_span(curve: &Curve, to: &Point) -> (usize, f64) {
-    let axes = axes(curve);
+    let axes = axes(curve, REACH * extent(curve));
     let first = curve.points().first().copied().unwrap_or_default();
     (axes.len(), axes.iter().fold(to - first, |rest, axis| rest - axis * axis.dot(&rest)).norm())
-}
-
-/// Perpendicular directions that a curve's control vertices lie along, from the first of them, to a part [`REACH`] of its size: each that of the vertex
-/// farthest from those before.
-fn axes(curve: &Curve) -> Vec<Vector> {
-    let first = curve.points().first().copied().unwrap_or_default();
-    let mut ways: Vec<Vector> = curve.points().iter().map(|p| p - first).collect();
-    let farthest = |ways: &[Vector]| {
-        ways.iter().fold(Vector::zeros(), |m: Vector, w| if w.norm() > m.norm() { *w } else { m })
-    };
-    let least = REACH * farthest(&ways).norm();
-    let mut axes = Vec::new();
-    while axes.len() < 3 {
-        let far = farthest(&ways);
-        if far.norm() <= least {
-            break;
-        }
-        let axis = far / far.norm();
-        ways.iter_mut().for_each(|way| *way -= axis * axis.dot(way));
-        axes.push(axis);
-    }
-    axes
 }

@@ -16,6 +16,7 @@ mod ends;
 mod error;
 mod exact;
 mod fit;
+mod flat;
 mod idle;
 mod lift;
 mod lines;

@@ -442,16 +442,22 @@ fn alpha(
             }
             Ok(given)
         }
-        _ => Ok(Function::constant(number_space(curve, ends)?, parameters.number(name)?)?),
+        _ => {
+            // A loop closes whatever its number is: where nothing else is asked it need not change.
+            let asks =
+                ["range", "through", "alpha_at", "constraints"].iter().any(|name| parameters.has(name));
+            let changes = ends == Ends::Exact && (asks || !curve.is_periodic());
+            Ok(Function::constant(number_space(curve, changes)?, parameters.number(name)?)?)
+        }
     }
 }
 
 /// The space of α that is given as a number: where it has to change, that of the derivative, in a lower degree if the tuned curve's
 /// would be too high; else the constants.
-fn number_space(curve: &Curve, ends: Ends) -> Result<Space, OperationError> {
+fn number_space(curve: &Curve, changes: bool) -> Result<Space, OperationError> {
     let space = alpha_space(curve)?;
     let (a, b) = space.domain();
-    if ends != Ends::Exact {
+    if !changes {
         return Ok(Space::open(0, vec![a, b])?);
     }
     let most = MAX_DEGREE - 1 - space.degree().min(MAX_DEGREE - 1);

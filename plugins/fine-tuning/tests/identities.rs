@@ -68,13 +68,10 @@ fn tangents_that_are_as_they_are_change_nothing() {
         // Anything else is out of reach, but of a straight curve that has it.
         let other = tangent(at).direction(direction + across * 0.5).hold();
         let found = FineTune::new(&given, alpha).ask(other).solve();
-        assert!(
-            found.is_err(),
-            "{seed}: degree {}, alpha {:?}, {:?}",
-            given.degree(),
-            found.as_ref().unwrap().alpha().value(at),
-            found.as_ref().unwrap().report()
-        );
+        let error = found.err().map(|error| error.to_string());
+        let is_said =
+            |said: &String| said.contains("asks for another one") || said.contains("no alpha changes this");
+        assert!(error.as_ref().is_some_and(is_said), "{seed}: degree {}, {error:?}", given.degree());
     }
     assert!(met >= 240 && refused == 0, "{met} met, {refused} refused");
 }

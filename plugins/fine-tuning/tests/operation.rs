@@ -429,3 +429,69 @@ fn surfaces_in_recipes() {
         assert!(error.contains(words), "{fields}: {error}");
     }
 }
+
+/// A number needs no freedom where a loop closes whatever it is: the loop keeps its degree and its knots, at high degrees too, and is scaled from its start.
+#[test]
+fn a_number_scales_a_loop_as_it_is() {
+    for degree in [2, 3, 5, 7, 13, 25] {
+        let n = 2 * degree + 5;
+        let ring = (0..n).map(|i| i as f64 / n as f64 * std::f64::consts::TAU);
+        let points = ring.map(|a| Point::new(3.0 * a.cos(), 2.0 * a.sin(), 0.3 * (2.0 * a).cos())).collect();
+        let before = Curve::new(Space::periodic_uniform(degree, n).unwrap(), points).unwrap();
+        let mut scene = Scene::new();
+        scene.add(Object::new("ring", before.clone().into())).unwrap();
+        run(&mut scene, json!({ "object": "ring", "alpha": 0.64 })).unwrap();
+        let after = scene.curve("ring").unwrap();
+        assert!(after.is_periodic(), "{degree}");
+        assert_eq!((after.degree(), after.space().breakpoints()), (degree, before.space().breakpoints()));
+        let (start, end) = before.domain();
+        let first = before.point(start).unwrap();
+        for k in 0..=40 {
+            let u = start + (end - start) * f64::from(k) / 40.0;
+            let wanted = first + (before.point(u).unwrap() - first) * 0.64;
+            assert!((after.point(u).unwrap() - wanted).norm() < 1e-9, "{degree} {u}");
+        }
+    }
+}
+
+/// A number does not jump, though the derivative across its direction does: surfaces with creases, and of degree 1 across.
+#[test]
+fn a_number_crosses_creases() {
+    let creased = Space::open(2, vec![0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 2.0]).unwrap();
+    let straight = Space::periodic(1, vec![0.0, 1.0, 2.0, 3.0]).unwrap();
+    let smooth = Space::clamped_uniform(3, 6).unwrap();
+    for (k, across) in [creased, straight].into_iter().enumerate() {
+        for direction in ["u", "v"] {
+            let (u, v) = if direction == "u" {
+                (smooth.clone(), across.clone())
+            } else {
+                (across.clone(), smooth.clone())
+            };
+            let points = (0..u.len() * v.len()).map(|i| {
+                let (a, b) = ((i / v.len()) as f64, (i % v.len()) as f64);
+                Point::new(a + 0.1 * b.sin(), b + 0.2 * a.cos(), (a * b).sin())
+            });
+            let before = Surface::new(u.clone(), v.clone(), points.collect()).unwrap();
+            for ends in ["free", "exact"] {
+                let mut scene = Scene::new();
+                scene.add(Object::new("s", before.clone().into())).unwrap();
+                let fields = json!({ "object": "s", "alpha": 1.7, "direction": direction, "ends": ends });
+                let done = run(&mut scene, fields);
+                if ends == "exact" {
+                    // That nothing but 1 keeps the ends may be so, and is said.
+                    assert!(done.as_ref().err().is_none_or(|e| !e.to_string().contains("jumps")), "{done:?}");
+                    continue;
+                }
+                done.unwrap_or_else(|e| panic!("{k} {direction}: {e}"));
+                let after = scene.surface("s").unwrap();
+                for (s, t) in [(0.2, 0.3), (0.7, 0.5), (0.4, 0.9)] {
+                    let at = |space: &Space, s: f64| space.domain().0 + s * space.length();
+                    let (a, b) = (at(&u, s), at(&v, t));
+                    let by = if direction == "u" { (1, 0) } else { (0, 1) };
+                    let [one, other] = [&before, after].map(|x| x.derivative(a, b, by.0, by.1).unwrap());
+                    assert!((other - one * 1.7).norm() < 1e-10, "{k} {direction}: {one} {other}");
+                }
+            }
+        }
+    }
+}

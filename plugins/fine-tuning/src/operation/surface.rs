@@ -5,7 +5,7 @@ use std::sync::Arc;
 use loftsman_kernel::plugin::{Field, OperationError, ParameterError, Parameters, StepReport};
 use loftsman_kernel::solve::Solver;
 use loftsman_kernel::spline::algebra::{Field as Net, Function};
-use loftsman_kernel::spline::{Direction, Surface};
+use loftsman_kernel::spline::{Direction, Space, Surface};
 use loftsman_kernel::text::figure;
 
 use super::{alpha_there, check_solved, continuity, ends_of_both, function, places, short, space};
@@ -111,9 +111,7 @@ fn scaling(parameters: &Parameters, surface: &Surface) -> Result<Scaling, Operat
     const WORDS: [(&str, Option<Direction>); 3] =
         [("u", Some(Direction::U)), ("v", Some(Direction::V)), ("both", None)];
     let [u, v] = surface_alpha_spaces(surface)?;
-    let line = |name: &str,
-                space: &loftsman_kernel::spline::Space|
-     -> Result<Option<Function<f64>>, OperationError> {
+    let line = |name: &str, space: &Space| -> Result<Option<Function<f64>>, OperationError> {
         let wrong = |problem: String| parameters.error(name, problem);
         Ok(match parameters.value(name) {
             None => None,
@@ -156,18 +154,30 @@ fn scaling(parameters: &Parameters, surface: &Surface) -> Result<Scaling, Operat
     })
 }
 
+/// Whether functions of a space jump inside their domain, or where it closes.
+fn jumps(space: &Space) -> bool {
+    let breaks = space.breakpoints();
+    let outer = usize::from(!space.is_periodic());
+    let inner = breaks.get(outer..breaks.len().saturating_sub(1)).unwrap_or_default();
+    inner.iter().any(|t| space.multiplicity(*t) > space.degree())
+}
+
 /// α(u, v): one number, rows of values along `u`, each along `v`, on the derivatives' own knots, or a spline function of two parameters.
-fn net(
-    parameters: &Parameters,
-    surface: &Surface,
-    [u, v]: [&loftsman_kernel::spline::Space; 2],
-) -> Result<Net<f64>, OperationError> {
+fn net(parameters: &Parameters, surface: &Surface, [u, v]: [&Space; 2]) -> Result<Net<f64>, OperationError> {
     if parameters.value("alpha").is_some_and(|value| value.is_object()) {
         return net_function(&parameters.table("alpha")?);
     }
     let Some(rows) = parameters.value("alpha").and_then(|value| value.as_array()) else {
         let value = parameters.number("alpha")?;
-        return Ok(Net::new(u.clone(), v.clone(), vec![value; u.len() * v.len()])?);
+        // Across its direction a number must not jump where the derivative does: there the surface's own knots are for it.
+        let along = parameters.value("direction").and_then(|word| word.as_str());
+        let across = |space: &Space, own: &Space, is_along: bool| {
+            if is_along || !jumps(space) { space.clone() } else { own.clone() }
+        };
+        let u = across(u, surface.u(), along != Some("v"));
+        let v = across(v, surface.v(), along != Some("u"));
+        let count = u.len() * v.len();
+        return Ok(Net::new(u, v, vec![value; count])?);
     };
     let mut values = Vec::with_capacity(u.len() * v.len());
     for (k, row) in rows.iter().enumerate() {
