@@ -9,6 +9,7 @@ use loftsman_kernel::shape::{Derivative, Location, Shape};
 use loftsman_kernel::spline::{Curve, Space, Surface};
 use loftsman_kernel::{Point, Vector};
 use loftsman_subdivision::catmull_clark::refine;
+use loftsman_subdivision::doo_sabin::DooSabinSurface;
 use loftsman_subdivision::{Cage, SubdivisionSurface};
 
 /// A number in `[-1, 1]` that looks random and is always the same.
@@ -97,6 +98,29 @@ fn points_of_a_limit_are_met_to_rounding_from_a_cage_that_is_disturbed() {
         let off = cage.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         println!("{name}: vertices off {off:.1e}");
         assert!(off < 1e-9, "{name}: {off:e}");
+    }
+}
+
+/// The same of Doo and Sabin's surfaces, closed, and with the boundary, the triangles and the vertices of other than four edges of the sheet.
+#[test]
+fn points_of_a_doo_sabin_surface_are_met_to_rounding() {
+    let smooth = sheet();
+    let faces: Vec<Vec<u32>> =
+        (0..smooth.topology().face_count()).map(|f| smooth.topology().face(f).to_vec()).collect();
+    let faces: Vec<Vec<usize>> = faces.iter().map(|f| f.iter().map(|v| *v as usize).collect()).collect();
+    let smooth = Cage::new(smooth.points().to_vec(), &faces).unwrap();
+    for (name, cage, by) in
+        [("cube", cube(), 0.03), ("finer cube", refine(&cube()).unwrap(), 0.03), ("sheet", smooth, 0.06)]
+    {
+        let known = DooSabinSurface::new(cage).unwrap();
+        let points = of_faces(&known, 7);
+        let fitted = CloudFit::new(&stirred(&known, by)).tolerance(1e-13).to(&points).unwrap();
+        let report = fitted.report();
+        assert!(report.converged && report.largest < 1e-11, "{name}: {report}");
+        assert!(report.before > 0.01 * by, "{name}: {report}");
+        let cage = known.control_vertices().iter().zip(fitted.shape().control_vertices());
+        let off = cage.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(off < 1e-8, "{name}: {off:e}");
     }
 }
 
