@@ -364,7 +364,7 @@ impl FineTune {
 }
 
 /// The part of α by which its ends may differ.
-const SEAM: f64 = 1e-9;
+pub(crate) const SEAM: f64 = 1e-9;
 
 /// What there is to say of a closed curve whose α ends with another value than it starts with.
 fn seam(alpha: &Function<f64>) -> Result<Option<String>> {

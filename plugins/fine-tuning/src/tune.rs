@@ -1,10 +1,12 @@
 //! A surface or a patch of one, tuned: α with which its edges stay, and its directions one after the other.
 
 use loftsman_kernel::Vector;
+use loftsman_kernel::shape::Side;
 use loftsman_kernel::spline::algebra::Field;
 use loftsman_kernel::spline::{Direction, Space, Surface};
+use loftsman_kernel::text::figure;
 
-use crate::curve::{CLOSES, Ends};
+use crate::curve::{CLOSES, Ends, SEAM};
 use crate::edges::Edges;
 use crate::error::{FineTuneError, Result};
 use crate::fit::{fitted, raised};
@@ -58,6 +60,9 @@ impl FineTuneSurface {
                 report.notes.push(format!("along {}, {words}", name(direction)));
             }
             report.alpha[index(direction)] = found.extremes()?;
+            if field.space(direction).is_periodic() && given.space(direction).degree() > 1 {
+                report.notes.extend(seam(&found, direction)?);
+            }
         }
         Ok(TunedSurface { surface: field.into_surface()?, scaling, report })
     }
@@ -137,6 +142,34 @@ impl FineTuneSurface {
         report.scale[index(direction)] = scale;
         Ok(field)
     }
+}
+
+/// What there is to say of a surface that is closed along a direction whose α ends with other values than it starts with.
+fn seam(alpha: &Alpha, direction: Direction) -> Result<Option<String>> {
+    let (along, (a, b)) = (alpha.along(), alpha.along().domain());
+    if along.is_periodic() {
+        return Ok(None);
+    }
+    let breaks = alpha.across().map_or_else(|| vec![0.0], Space::breakpoints);
+    let middles = breaks.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect::<Vec<_>>();
+    let value = |at: f64, side: Side, v: f64| -> Result<f64> {
+        let row = alpha.row(((at, v), [side, Side::Right]))?;
+        Ok(row.into_iter().map(|(k, c)| c * alpha.values()[k]).sum())
+    };
+    let mut most = 1.0_f64;
+    let lasts = breaks.len().saturating_sub(usize::from(breaks.len() > 1));
+    for v in breaks.iter().take(lasts).chain(&middles) {
+        let factor = value(b, Side::Left, *v)? / value(a, Side::Right, *v)?;
+        most = if factor.abs().ln().abs() > most.abs().ln().abs() { factor } else { most };
+    }
+    let name = name(direction);
+    Ok(((most - 1.0).abs() > SEAM).then(|| {
+        format!(
+            "along {name} alpha ends with another value than it starts with, and the surface is closed: its curvature along {name} jumps there, from the end to \
+             the start by a factor of up to {}; an alpha that is periodic along {name} leaves it as it was",
+            figure(most)
+        )
+    }))
 }
 
 /// How far apart the first and the last line of a clamped surface are, as a part of its size.

@@ -152,3 +152,41 @@ fn what_closes_by_itself_stays_closed() {
     }
     assert_eq!(opened, 4);
 }
+
+/// A tube whose α along its closed direction ends with another value than it starts with: the factor by which its curvature jumps is told, and measured. Where
+/// α is periodic, or the other direction is scaled, nothing is.
+#[test]
+fn a_jump_at_the_seam_of_a_surface_is_told() {
+    let (u, v) = (Space::periodic_uniform(3, 10).unwrap(), Space::clamped_uniform(3, 5).unwrap());
+    let points = (0..50).map(|k| {
+        let a = f64::from(k / 5) / 10.0 * std::f64::consts::TAU;
+        loftsman_kernel::Point::new(3.0 * a.cos(), 2.0 * a.sin(), f64::from(k % 5) + 0.1 * (2.0 * a).sin())
+    });
+    let surface = Surface::new(u, v, points.collect()).unwrap();
+    let (a, b) = surface.u().domain();
+    let knots: Vec<f64> = (0..=8).map(|k| a + (b - a) * f64::from(k) / 8.0).collect();
+    let open = Space::clamped(2, &knots).unwrap();
+    let rising = (0..open.len()).map(|k| 0.7 + 0.06 * k as f64).collect();
+    let alpha = Function::new(open, rising).unwrap();
+    let tuned = FineTuneSurface::new(&surface, Scaling::u(alpha)).solve().unwrap();
+    assert!(tuned.surface().u().is_periodic());
+    let bend = |at: f64| {
+        let [first, second] = [1, 2].map(|order| tuned.surface().derivative(at, 0.3, order, 0).unwrap());
+        first.cross(&second).norm() / first.norm().powi(3)
+    };
+    let own = bend(a + 1e-7) / bend(b - 1e-7);
+    let jumps = |notes: &[String]| notes.iter().find(|note| note.contains("jumps there")).cloned();
+    let note = jumps(&tuned.report().notes).unwrap();
+    let told: f64 = note.split("up to ").nth(1).unwrap().split(';').next().unwrap().parse().unwrap();
+    assert!((told - own).abs() < 1e-3 * own && (own - 1.0).abs() > 0.05, "{note} {own}");
+    let [u, v] = surface_alpha_spaces(&surface).unwrap();
+    let waves = |space: &Space| (0..space.len()).map(|k| 1.0 + 0.1 * (k as f64).sin()).collect();
+    let smooth = [
+        Scaling::u(Function::new(u.clone(), waves(&u)).unwrap()),
+        Scaling::v(Function::new(v.clone(), waves(&v)).unwrap()),
+    ];
+    for scaling in smooth {
+        let tuned = FineTuneSurface::new(&surface, scaling).solve().unwrap();
+        assert_eq!(jumps(&tuned.report().notes), None);
+    }
+}
