@@ -10,9 +10,6 @@ use crate::operator::{FromAlpha, Influence};
 /// The part of a row's size times that of the shapes up to which what it asks is so.
 const MET: f64 = 1e-9;
 
-/// The part of what α has to say in one coordinate up to which it is rounding in another.
-const ROUNDING: f64 = 1e-13;
-
 /// Takes out what no α changes: its rows are nothing but rounding as rows over α's values, and would be taken for equations. What it asks is so; that is
 /// said, in a sentence for each.
 ///
@@ -82,28 +79,17 @@ fn judged(condition: &Constraint, shapes: &Shapes<'_>, map: &dyn FromAlpha) -> R
     let mut store = Store::default();
     rows_of(functional.as_ref(), shapes, &mut store.rows(shapes))?;
     let (mut sizes, mut row, mut said) = (0.0_f64, vec![0.0; map.columns()], Vec::new());
-    let mut of_alpha = vec![0.0; map.unknowns()];
     for equation in store.equations() {
         match equation {
             Equation::Alike { vertices, coefficients, .. } => {
-                let mut most = [0.0_f64; 3];
-                for axis in 0..3 {
-                    row.fill(0.0);
-                    for (vertex, by) in vertices.iter().zip(coefficients) {
-                        if let Some(entry) = row.get_mut(3 * vertex + axis) {
-                            *entry += by;
-                        }
-                        sizes = sizes.max(by.abs() * shapes.vertex(*vertex).coords.norm());
+                row.fill(0.0);
+                for (vertex, by) in vertices.iter().zip(coefficients) {
+                    for entry in row.iter_mut().skip(3 * vertex).take(3) {
+                        *entry += by;
                     }
-                    said.push(map.influence(&row));
-                    map.apply_transposed(&row, &mut of_alpha);
-                    most[axis] = of_alpha.iter().fold(0.0, |m, x| m.max(x.abs()));
+                    sizes = sizes.max(by.abs() * shapes.vertex(*vertex).coords.norm());
                 }
-                // What is rounding beside the other coordinates, as where the curve is straight along one of them.
-                let least = ROUNDING * most.iter().fold(0.0, |m: f64, x| m.max(*x));
-                let own = said.iter_mut().rev().take(3).zip(most.iter().rev());
-                own.filter(|(says, most)| **says == Influence::Some && **most <= least)
-                    .for_each(|(says, _)| *says = Influence::Rounding);
+                said.extend(map.influences(&row));
             }
             Equation::Coupled { vertices, vectors, constant } => {
                 row.fill(0.0);

@@ -151,6 +151,36 @@ impl Tuning {
         if found.iter().all(is_rounding) { Influence::Rounding } else { Influence::Some }
     }
 
+    /// The same in each coordinate, of a row over the control vertices that has all three: rounding is also what is so beside the others, as where the curve is
+    /// straight along one of them.
+    fn influences_of(&self, curve: &[f64]) -> [Influence; 3] {
+        let mut found = vec![[Vector::zeros(); 2]; self.count];
+        let (mut behind, mut sizes) = (Vector::zeros(), Vector::zeros());
+        for i in (0..self.starts.len() - 1).rev() {
+            let own = Vector::new(curve[3 * i + 3], curve[3 * i + 4], curve[3 * i + 5]);
+            behind += own;
+            sizes += own.abs();
+            if sizes == Vector::zeros() {
+                continue;
+            }
+            for (j, by) in self.row(i) {
+                found[j][0] += by.component_mul(&behind);
+                found[j][1] += by.abs().component_mul(&sizes);
+            }
+        }
+        let largest = found.iter().fold(Vector::zeros(), |m: Vector, [sum, _]| m.sup(&sum.abs()));
+        [0, 1, 2].map(|axis| {
+            let is_rounding = |[sum, sizes]: &[Vector; 2]| sum[axis].abs() <= ROUNDING * sizes[axis];
+            if found.iter().all(|[_, sizes]| sizes[axis] == 0.0) {
+                Influence::Nothing
+            } else if largest[axis] <= BESIDE * largest.amax() || found.iter().all(is_rounding) {
+                Influence::Rounding
+            } else {
+                Influence::Some
+            }
+        })
+    }
+
     /// The control vertices alone, one after another; the running sum is compensated.
     fn each_vertex(&self, alpha: &[f64], mut put: impl FnMut(Vector)) {
         let (mut sum, mut lost) = (Vector::zeros(), Vector::zeros());
@@ -168,6 +198,9 @@ impl Tuning {
 /// The part of the sizes of its terms up to which a sum is rounding.
 const ROUNDING: f64 = 1e-12;
 
+/// The part of what α has to say in one coordinate up to which it is rounding in another.
+const BESIDE: f64 = 1e-13;
+
 /// What α's values have to say in a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Influence {
@@ -182,6 +215,9 @@ pub(crate) enum Influence {
 pub(crate) trait FromAlpha: Operator {
     /// What they have to say in a row over what it maps to. `O(n)`.
     fn influence(&self, row: &[f64]) -> Influence;
+
+    /// The same in x, y and z, of a row with entries for all of these. `O(n)`.
+    fn influences(&self, row: &[f64]) -> [Influence; 3];
 }
 
 impl FromAlpha for Tuning {
@@ -189,12 +225,20 @@ impl FromAlpha for Tuning {
         let (curve, scale) = row.split_at(3 * self.space.len());
         self.influence_of(curve, scale)
     }
+
+    fn influences(&self, row: &[f64]) -> [Influence; 3] {
+        self.influences_of(&row[..3 * self.space.len()])
+    }
 }
 
 impl FromAlpha for Hosted {
     fn influence(&self, row: &[f64]) -> Influence {
         let (part, scale) = self.split(row);
         self.part.influence_of(&part, scale)
+    }
+
+    fn influences(&self, row: &[f64]) -> [Influence; 3] {
+        self.part.influences_of(&self.split(row).0)
     }
 }
 
