@@ -128,22 +128,27 @@ impl Tuning {
         }
     }
 
-    /// What becomes of a row over the control vertices as one over α's values.
-    fn influence_of(&self, curve: &[f64], scale: &[f64]) -> Influence {
-        let mut found: Vec<[f64; 2]> = scale.chunks_exact(3).map(|f| [f[0], f[0].abs()]).collect();
+    /// Each term of a row over the control vertices: the value of α, what the integrand has of it, and the sum of what the row has from there on, as it is
+    /// and of its sizes.
+    fn each_term(&self, curve: &[f64], mut put: impl FnMut(usize, &Vector, &Vector, &Vector)) {
         let (mut behind, mut sizes) = (Vector::zeros(), Vector::zeros());
         for i in (0..self.starts.len() - 1).rev() {
             let own = Vector::new(curve[3 * i + 3], curve[3 * i + 4], curve[3 * i + 5]);
             behind += own;
             sizes += own.abs();
-            if sizes == Vector::zeros() {
-                continue;
-            }
-            for (j, by) in self.row(i) {
-                found[j][0] += by.dot(&behind);
-                found[j][1] += by.abs().dot(&sizes);
+            if sizes != Vector::zeros() {
+                self.row(i).for_each(|(j, by)| put(j, by, &behind, &sizes));
             }
         }
+    }
+
+    /// What becomes of a row over the control vertices as one over α's values.
+    fn influence_of(&self, curve: &[f64], scale: &[f64]) -> Influence {
+        let mut found: Vec<[f64; 2]> = scale.chunks_exact(3).map(|f| [f[0], f[0].abs()]).collect();
+        self.each_term(curve, |j, by, behind, sizes| {
+            found[j][0] += by.dot(behind);
+            found[j][1] += by.abs().dot(sizes);
+        });
         if found.iter().all(|[_, sizes]| *sizes == 0.0) {
             return Influence::Nothing;
         }
@@ -155,19 +160,10 @@ impl Tuning {
     /// straight along one of them.
     fn influences_of(&self, curve: &[f64]) -> [Influence; 3] {
         let mut found = vec![[Vector::zeros(); 2]; self.count];
-        let (mut behind, mut sizes) = (Vector::zeros(), Vector::zeros());
-        for i in (0..self.starts.len() - 1).rev() {
-            let own = Vector::new(curve[3 * i + 3], curve[3 * i + 4], curve[3 * i + 5]);
-            behind += own;
-            sizes += own.abs();
-            if sizes == Vector::zeros() {
-                continue;
-            }
-            for (j, by) in self.row(i) {
-                found[j][0] += by.component_mul(&behind);
-                found[j][1] += by.abs().component_mul(&sizes);
-            }
-        }
+        self.each_term(curve, |j, by, behind, sizes| {
+            found[j][0] += by.component_mul(behind);
+            found[j][1] += by.abs().component_mul(sizes);
+        });
         let largest = found.iter().fold(Vector::zeros(), |m: Vector, [sum, _]| m.sup(&sum.abs()));
         [0, 1, 2].map(|axis| {
             let is_rounding = |[sum, sizes]: &[Vector; 2]| sum[axis].abs() <= ROUNDING * sizes[axis];
