@@ -77,11 +77,13 @@ impl Problem {
         kept.iter().zip(&solved.rhs).for_each(|(&row, b)| softened[row] = *b);
         // Equations that others imply, as just found, are none: to a finer tolerance some would be, and the bounds would be met beside other equations
         // than the answer is.
-        let implied: Vec<usize> = solved.dependencies.iter().map(|d| kept[d.row]).collect();
+        let mut implied: Vec<usize> = solved.dependencies.iter().map(|d| kept[d.row]).collect();
+        implied.sort_unstable();
         let outcome = if implied.is_empty() {
             solver.program(&Program { system: &full.system, rhs: &softened, senses: &senses, size })?
         } else {
-            let asked: Vec<usize> = (0..senses.len()).filter(|row| !implied.contains(row)).collect();
+            let asked: Vec<usize> =
+                (0..senses.len()).filter(|row| implied.binary_search(row).is_err()).collect();
             let (rhs, size) = (gather(&softened, &asked), gather(size, &asked));
             let own: Vec<Sense> = asked.iter().map(|&row| senses[row]).collect();
             let system = full.system.select(&asked);

@@ -425,8 +425,7 @@ fn alpha(
     let wrong = |problem: String| parameters.error(name, problem);
     match parameters.value(name) {
         Some(value) if value.is_array() => {
-            let values = parameters.numbers(name)?;
-            alpha_of(curve, values).map_err(|error| wrong(error.to_string()).into())
+            alpha_of(curve, parameters.numbers(name)?).map_err(|error| wrong(error.to_string()).into())
         }
         Some(value) if value.is_object() => {
             let table = parameters.table(name)?;
@@ -456,9 +455,8 @@ fn alpha(
 /// would be too high; else the constants.
 fn number_space(curve: &Curve, changes: bool) -> Result<Space, OperationError> {
     let space = alpha_space(curve)?;
-    let (a, b) = space.domain();
     if !changes {
-        return Ok(Space::open(0, vec![a, b])?);
+        return Ok(Space::open(0, <[f64; 2]>::from(space.domain()).to_vec())?);
     }
     let most = MAX_DEGREE - 1 - space.degree().min(MAX_DEGREE - 1);
     if space.degree() <= most {
