@@ -9,6 +9,8 @@ use crate::operator::{FromAlpha, Influence};
 
 /// The part of a row's size times that of the shapes up to which what it asks is so.
 const MET: f64 = 1e-9;
+/// The same of coordinates beside which others are asked for: a place off the plane of a curve is not one of it.
+const ROUNDING: f64 = 1e-12;
 
 /// Takes out what no α changes: its rows are nothing but rounding as rows over α's values, and would be taken for equations. What it asks is so; that is
 /// said, in a sentence for each.
@@ -26,7 +28,7 @@ pub(crate) fn take_out(
         match judged(&condition, shapes, map)? {
             Judged::Asked => kept.push(condition),
             // Of some coordinates α has nothing to say: the others are asked for.
-            Judged::Along { axes, off } if off <= MET => kept.extend(axes),
+            Judged::Along { axes, off } if off <= ROUNDING => kept.extend(axes),
             Judged::Idle { off } if off <= MET => {
                 // The end, or that a loop closes, comes first, and nobody asked for it.
                 if number > 0 {
@@ -134,7 +136,9 @@ fn judged(condition: &Constraint, shapes: &Shapes<'_>, map: &dyn FromAlpha) -> R
         let own = if is_narrowed { wanted.first() } else { wanted.get(k).or(wanted.first()) };
         own.copied().unwrap_or(0.0)
     };
-    let most = idle.iter().fold(0.0_f64, |most, k| most.max((present[*k] - to(*k)).abs()));
+    let most = idle.iter().fold(0.0_f64, |most, k| {
+        most.max((present.get(*k).copied().unwrap_or(f64::INFINITY) - to(*k)).abs())
+    });
     let off = if sizes > 0.0 { most / sizes } else { most };
     if some.is_empty() {
         return Ok(Judged::Idle { off });

@@ -90,6 +90,15 @@ impl Alpha {
         Ok(along.iter().flat_map(row).collect())
     }
 
+    /// Its value at a place.
+    ///
+    /// # Errors
+    /// When the place is outside.
+    pub(crate) fn at(&self, place: &Place) -> Result<f64> {
+        let values = self.values();
+        Ok(self.row(*place)?.into_iter().map(|(k, c)| c * values[k]).sum())
+    }
+
     /// The same space, other values.
     pub(crate) fn with(&self, values: Vec<f64>) -> Result<Self> {
         Ok(match self {

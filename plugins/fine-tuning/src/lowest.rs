@@ -368,8 +368,7 @@ mod tests {
                     let found = lowest(&alpha, 0.1 * size).unwrap();
                     dips += found.len();
                     for (value, place) in &found {
-                        let own: f64 =
-                            alpha.row(*place).unwrap().into_iter().map(|(k, c)| c * alpha.values()[k]).sum();
+                        let own = alpha.at(place).unwrap();
                         assert!(
                             (own - value).abs() < 1e-12 * size,
                             "{degree} {kind} {place:?}: {own} {value}"
@@ -409,8 +408,7 @@ mod tests {
                 let found = lowest(&alpha, 0.1).unwrap();
                 dips += found.len();
                 for (value, place) in &found {
-                    let own: f64 =
-                        alpha.row(*place).unwrap().into_iter().map(|(k, c)| c * alpha.values()[k]).sum();
+                    let own = alpha.at(place).unwrap();
                     assert!((own - value).abs() < 1e-12, "{p} {q} {place:?}: {own} {value}");
                 }
                 for a in u.breakpoints().windows(2) {

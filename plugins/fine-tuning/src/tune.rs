@@ -152,10 +152,7 @@ fn seam(alpha: &Alpha, direction: Direction) -> Result<Option<String>> {
     }
     let breaks = alpha.across().map_or_else(|| vec![0.0], Space::breakpoints);
     let middles = breaks.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect::<Vec<_>>();
-    let value = |at: f64, side: Side, v: f64| -> Result<f64> {
-        let row = alpha.row(((at, v), [side, Side::Right]))?;
-        Ok(row.into_iter().map(|(k, c)| c * alpha.values()[k]).sum())
-    };
+    let value = |at: f64, side: Side, v: f64| alpha.at(&((at, v), [side, Side::Right]));
     let mut most = 1.0_f64;
     let lasts = breaks.len().saturating_sub(usize::from(breaks.len() > 1));
     for v in breaks.iter().take(lasts).chain(&middles) {
