@@ -188,3 +188,39 @@ fn pictures_go_along() {
     assert_eq!(file.pictures, source.pictures);
     assert!(report.notes.iter().any(|n| n.starts_with("1 picture") && n.contains("missing")), "{report:?}");
 }
+
+/// A surface of `n × n` control vertices by a basis matrix of some degree, whose pieces begin one vertex after the other: straight between the first two of
+/// their vertices, so that they meet.
+fn overlapping(degree: usize, n: usize) -> String {
+    let order = degree + 1;
+    let entry = |i: usize, power: usize| match (i, power) {
+        (0, 0) | (1, 1) => "1",
+        (0, 1) => "-1",
+        _ => "0",
+    };
+    let matrix: Vec<&str> = (0..order * order).map(|k| entry(k / order, k % order)).collect();
+    let matrix = matrix.join(" ");
+    let numbers =
+        |range: std::ops::RangeInclusive<usize>| range.map(|k| k.to_string()).collect::<Vec<_>>().join(" ");
+    let points: String = (0..n * n).map(|k| format!("v {} {} {}\n", k % n, k / n, k % 7)).collect();
+    let (pieces, vertices) = (n - degree, numbers(1..=n * n));
+    let breaks = numbers(0..=pieces);
+    format!(
+        "{points}cstype bmatrix\ndeg {degree} {degree}\nstep 1 1\nbmat u {matrix}\nbmat v {matrix}\n\
+         surf 0 {pieces} 0 {pieces} {vertices}\nparm u {breaks}\nparm v {breaks}\nend\n"
+    )
+}
+
+/// A small file does not become a large surface: one of which more than 32 times the control vertices would be made is left out and said; one of 22
+/// times is kept, and so is a small one, whatever it grows by.
+#[test]
+fn surfaces_that_would_grow_too_large_are_left_out() {
+    for (degree, n, kept) in [(5, 100, true), (6, 250, false), (12, 28, true)] {
+        let (scene, report) = read(&overlapping(degree, n));
+        let left = left_out(&report, "the B-spline form would be more than 32 times as large");
+        let sizes: Vec<usize> =
+            scene.objects().iter().map(|object| object.geometry().points().len()).collect();
+        let expected = if kept { vec![(degree * (n - degree) + 1).pow(2)] } else { vec![] };
+        assert_eq!((sizes, left), (expected, usize::from(!kept)), "{degree} {n}: {:?}", report.left_out);
+    }
+}
