@@ -4,6 +4,7 @@
 //! origin, is drawn with the same care; curvature is taken here too, since a view only turns and scales.
 
 pub(crate) mod body;
+mod crease;
 pub(crate) mod feet;
 pub(crate) mod finer;
 pub(crate) mod laid;

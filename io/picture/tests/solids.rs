@@ -169,6 +169,179 @@ fn rod(start: f64) -> Brep {
     .unwrap()
 }
 
+/// A face over a square of parameters whose surface has a corner of so many degrees along a knot line or two, of this degree along `u` and
+/// this multiplicity; its loop is a smaller square.
+fn bent(degree: usize, multiplicity: usize, degrees: f64, across: bool) -> Brep {
+    let angle = degrees.to_radians();
+    // From side to side the points lie on two lines that meet at the corner, evenly, so that but for the turn all derivatives go on.
+    let knots = |p: usize| {
+        let mut knots = vec![0.0; p + 1];
+        knots.extend(vec![1.0; multiplicity]);
+        knots.extend(vec![2.0; p + 1]);
+        knots
+    };
+    let bends = Space::open(degree, knots(degree)).unwrap();
+    let straight = Space::clamped(1, &[0.0, 2.0]).unwrap();
+    let at =
+        |x: f64| if x <= 1.0 { [x, 0.0] } else { [1.0 + (x - 1.0) * angle.cos(), (x - 1.0) * angle.sin()] };
+    let line: Vec<[f64; 2]> = (0..bends.len()).map(|i| at(bends.greville(i))).collect();
+    let row = |y: f64| line.iter().map(move |[x, z]| Point::new(*x, y, *z));
+    let points: Vec<Point> = if across {
+        line.iter().flat_map(|[x, z]| [0.0, 2.0].map(|y| Point::new(*x, y, *z))).collect()
+    } else {
+        row(0.0).chain(row(2.0)).collect()
+    };
+    let [u, v] = if across { [bends, straight] } else { [straight, bends] };
+    let surface = Surface::new(u, v, points).unwrap();
+    // A square of parameters a half to one and a half, as lines on the surface: where they meet the corner they have one, too.
+    let place = |t: [f64; 2]| {
+        let [u, v] = if across { t } else { [t[1], t[0]] };
+        surface.point(u, v).unwrap()
+    };
+    let corners = [[0.5, 0.5], [1.5, 0.5], [1.5, 1.5], [0.5, 1.5]];
+    let edge = |k: usize| {
+        let [from, to] = [corners[k], corners[(k + 1) % 4]];
+        let middle = [0, 1].map(|d| 0.5 * (from[d] + to[d]));
+        let curve =
+            Curve::new(Space::clamped(1, &[0.0, 0.5, 1.0]).unwrap(), [from, middle, to].map(place).to_vec());
+        let ends = [k, (k + 1) % 4];
+        Edge { curve: curve.unwrap(), range: (0.0, 1.0), ends, tolerance: 1e-9, form: CurveForm::Spline }
+    };
+    let used = |edge: usize| Use { edge, reversed: false, parameters: None };
+    let face = Face {
+        name: None,
+        color: None,
+        form: SurfaceForm::Spline,
+        surface: surface.clone(),
+        reversed: false,
+        loops: vec![(0..4).map(used).collect()],
+        points: vec![],
+    };
+    let vertices = corners.map(|at| Vertex { point: place(at), tolerance: 1e-9 }).to_vec();
+    let shells = vec![Shell { faces: vec![0] }];
+    Brep::new(Parts {
+        vertices,
+        edges: (0..4).map(edge).collect(),
+        faces: vec![face],
+        shells,
+        solids: vec![],
+    })
+    .unwrap()
+}
+
+/// A crease inside a face is drawn as edges are, as long as the loop leaves it, and hidden where something is before it; one of a few degrees as
+/// faces are that go on into one another; what only looks like one by its knots is not.
+#[test]
+fn creases_inside_faces_are_drawn() {
+    let edge = |brep: Brep, view: View| {
+        let picture = svg(&one(brep), view);
+        // The loop goes round a square of side 1, seen from above: a border.
+        let side = |class: &str| length(&segments(&picture, class));
+        [side("outline"), side("inner"), side("border")]
+    };
+    for degree in [1, 2, 3, 7, 25] {
+        for (across, degrees) in [(true, 40.0), (false, 40.0), (true, -90.0_f64)] {
+            let [outline, inner, border] = edge(bent(degree, degree, degrees, across), View::Top);
+            let wide = 1.0 + 2.0 * (0.5 + 0.5 * degrees.to_radians().cos()) / 2.0;
+            let expected = border / (2.0 * wide);
+            if degrees > 0.0 {
+                assert!(
+                    (outline / expected - 1.0).abs() < 0.02,
+                    "{degree} {across} {degrees}: {outline} {expected}"
+                );
+            } else {
+                assert!(outline > 0.0, "{degree} {across} {degrees}");
+            }
+            assert_eq!(inner, 0.0, "{degree} {across} {degrees}");
+        }
+        let [outline, inner, border] = edge(bent(degree, degree, 4.0, true), View::Top);
+        assert!(outline == 0.0 && (inner / (border / 4.0) - 1.0).abs() < 0.02, "{degree}: {inner} {border}");
+        for degrees in [0.0, 0.5] {
+            let [outline, inner, _] = edge(bent(degree, degree, degrees, true), View::Top);
+            assert_eq!([outline, inner], [0.0; 2], "{degree} {degrees}");
+        }
+    }
+    // Under a block nothing is seen of it.
+    let beside = |degrees: f64, height: f64| {
+        let mut scene = one(bent(3, 3, degrees, true));
+        let block = Brep::block(Point::new(0.0, 0.0, height), Point::new(3.0, 2.0, height + 1.0)).unwrap();
+        scene.add(Object::new("block", block.into())).unwrap();
+        length(&segments(&svg(&scene, View::Top), "outline"))
+    };
+    let [flat, below, above] = [beside(0.0, 2.0), beside(40.0, 2.0), beside(40.0, -3.0)];
+    assert!((below / flat - 1.0).abs() < 1e-3 && above > 1.04 * flat, "{flat} {below} {above}");
+}
+
+/// A tube along z round a drop, which closes with a corner of so many degrees, or smoothly, at its seam.
+fn drop(degree: usize, sharp: bool) -> Brep {
+    let space = Space::clamped(degree, &[0.0, 1.0, 2.0, 3.0]).unwrap();
+    let count = space.len();
+    let round = |i: usize| {
+        let t = space.greville(i) / 3.0 * std::f64::consts::TAU;
+        let pull = if sharp { (0.5 * t).sin() } else { 1.0 };
+        [1.0 - t.cos(), pull * t.sin()]
+    };
+    let mut line: Vec<[f64; 2]> = (0..count).map(round).collect();
+    line[count - 1] = line[0];
+    if !sharp {
+        // One direction on both sides, at one speed.
+        line[1] = [line[0][0], line[0][1] + 0.5];
+        line[count - 2] = [line[0][0], line[0][1] - 0.5];
+    }
+    let row = |z: f64| line.iter().map(|[x, y]| Point::new(*x, *y, z)).collect::<Vec<_>>();
+    let surface =
+        Surface::new(Space::clamped(1, &[0.0, 1.0]).unwrap(), space.clone(), [row(0.0), row(1.0)].concat())
+            .unwrap();
+    let rim = |z: f64, end: usize| Edge {
+        curve: Curve::new(space.clone(), row(z)).unwrap(),
+        range: (0.0, 3.0),
+        ends: [end; 2],
+        tolerance: 1e-9,
+        form: CurveForm::Spline,
+    };
+    let at = |z: f64| Point::new(line[0][0], line[0][1], z);
+    let seam = Edge {
+        curve: Curve::line(at(0.0), at(1.0)).unwrap(),
+        range: (0.0, 1.0),
+        ends: [0, 1],
+        tolerance: 1e-9,
+        form: CurveForm::Line,
+    };
+    let used = |edge: usize, reversed: bool| Use { edge, reversed, parameters: None };
+    let face = Face {
+        name: None,
+        color: None,
+        form: SurfaceForm::Spline,
+        surface,
+        reversed: true,
+        loops: vec![vec![used(0, false), used(2, false), used(1, true), used(2, true)]],
+        points: vec![],
+    };
+    Brep::new(Parts {
+        vertices: [0.0, 1.0].map(|z| Vertex { point: at(z), tolerance: 1e-9 }).to_vec(),
+        edges: vec![rim(0.0, 0), rim(1.0, 1), seam],
+        faces: vec![face],
+        shells: vec![Shell { faces: vec![0] }],
+        solids: vec![],
+    })
+    .unwrap()
+}
+
+/// Where a face closes with a corner there is a line to see, and where it goes on smoothly there is none.
+#[test]
+fn seams_are_drawn_where_they_have_a_corner() {
+    for degree in [2, 3, 7] {
+        // From the side of the seam, where the tube is widest elsewhere.
+        let lines = |sharp: bool| {
+            let picture = svg(&one(drop(degree, sharp)), View::From(Vector::new(-1.0, 0.1, 0.0)));
+            length(&segments(&picture, "outline"))
+        };
+        let [smooth, sharp] = [lines(false), lines(true)];
+        // Two outlines of the same height, and the seam.
+        assert!(sharp > 1.3 * smooth, "{degree}: {smooth} {sharp}");
+    }
+}
+
 /// Where a rod goes into a wall its outline ends, though its facets are as long as itself: of a long rod no more is seen than of one that ends
 /// just behind the wall's face.
 #[test]

@@ -14,13 +14,13 @@ const SMOOTH: f64 = 0.99;
 /// What an edge is to the eye.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// Two faces meet at an angle.
+    /// Two faces meet at an angle, or one has a crease.
     Sharp,
-    /// Two faces go on into one another.
+    /// Two faces go on into one another, or one has a crease of a few degrees.
     Smooth,
     /// Less or more than two faces meet.
     Open,
-    /// A seam, or where one surface goes on as another face: nothing to be seen, but where it turns away.
+    /// A seam without a corner, or where one surface goes on as another face: nothing to be seen, but where it turns away.
     Within,
 }
 
@@ -115,8 +115,13 @@ impl<'a> Sides<'a> {
 
     /// Whether two triangles go on into one another along a side.
     pub(super) fn is_smooth(&self, one: &Side, other: &Side) -> bool {
+        self.is_within(one, other, SMOOTH) == [true; 2]
+    }
+
+    /// Whether the normals of two triangles at either end of a side have an angle between them of at least this cosine.
+    pub(super) fn is_within(&self, one: &Side, other: &Side, cosine: f64) -> [bool; 2] {
         let normals = &self.mesh.normals;
         let at = |index: u32| normals.values().get(index as usize).filter(|_| index != NONE);
-        (0..2).all(|k| at(one.1[k]).zip(at(other.1[k])).is_some_and(|(a, b)| a.dot(b) >= SMOOTH))
+        [0, 1].map(|k| at(one.1[k]).zip(at(other.1[k])).is_some_and(|(a, b)| a.dot(b) >= cosine))
     }
 }

@@ -10,6 +10,7 @@ use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::text::clip;
 use loftsman_kernel::{Point, Result, Vector};
 
+use super::crease::{bent_edge, creases};
 use super::shell::{Edge, Kind, Side, Sides, Skin, pair};
 
 /// How far triangles may be from the shape, as a part of the largest extent of the scene: a twentieth of a millimetre on a usual page.
@@ -57,6 +58,11 @@ fn edges(brep: &Brep, cut: &TessellatedBrep) -> Vec<Edge> {
             continue;
         }
         let beside: Vec<&[Side]> = chain.windows(2).map(|s| sides.at(s[0], s[1])).collect();
+        // The surface closes there with a corner: to the eye it is an edge as any other.
+        if is_seam && let Some(edge) = bent_edge(&sides, chain.clone()) {
+            drawn.push(edge);
+            continue;
+        }
         if is_seam || is_within {
             // No edge of the shape, and yet it may turn away from the viewer just there.
             let both = |list: &&[Side]| match list {
@@ -84,6 +90,7 @@ fn edges(brep: &Brep, cut: &TessellatedBrep) -> Vec<Edge> {
         };
         drawn.push(Edge { kind, points: chain.clone(), beside });
     }
+    drawn.extend(creases(cut));
     drawn
 }
 
