@@ -174,7 +174,7 @@ fn pictures_and_sections_of_a_part() {
     assert!(curves.clone().count() >= 2 && curves.clone().all(|c| c["closed"] == true), "{back}");
 }
 
-/// What `examples/housing` says of itself: of four faces that may move three do, their edges with them, the dome stays smooth and the volume what it was.
+/// What `examples/housing` says of itself: the four faces of its dome move, their edges with them, the dome stays smooth and the volume what it was.
 #[test]
 fn the_housing_keeps_its_volume_and_stays_whole() {
     let folder = tempfile::tempdir().unwrap();
@@ -183,15 +183,16 @@ fn the_housing_keeps_its_volume_and_stays_whole() {
     let report = LOFTSMAN.json(folder.path(), &["run", &example.join("recipe.toml").to_string_lossy()]);
     let edit = &report["steps"][1];
     let notes = edit["notes"].to_string();
-    assert!(notes.contains("3 faces moved (6, 7, 8), 2 edges followed"), "{notes}");
+    assert!(notes.contains("4 faces moved (5, 6, 7, 8), 4 edges followed"), "{notes}");
     assert!(
-        notes.contains("no edge opened") && notes.contains("2 edges were smooth before, kept so"),
+        notes.contains("no edge opened") && notes.contains("4 edges were smooth before, kept so"),
         "{notes}"
     );
-    // By quadrature inside the loops, not of triangles.
+    // By quadrature inside the loops, not of triangles. Two faces of the dome are 1.17e-4 in apart along their edge in CATIA's file, and it goes along: what is between them turns
+    // with the faces, and belongs to the volume of neither, so that this is known to some 1e-6 of it.
     let volume = &edit["objects"][0]["volume"];
     let (before, after) = (volume["before"].as_f64().unwrap(), volume["after"].as_f64().unwrap());
-    assert!((after / before - 1.0).abs() < 1e-9, "{before} {after}");
+    assert!((after / before - 1.0).abs() < 5e-7, "{before} {after}");
     let area = &edit["objects"][0]["area"];
     assert!(area["after"].as_f64().unwrap() > 1.001 * area["before"].as_f64().unwrap(), "{area}");
     let back = LOFTSMAN.json(folder.path(), &["info", "out/housing/housing.step"]);
@@ -212,7 +213,7 @@ fn the_housing_keeps_its_volume_and_stays_whole() {
     for face in (0..22).filter(|face| !(5..9).contains(face)) {
         assert_eq!(old.surface(face), new.surface(face), "{face}");
     }
-    assert!((6..9).all(|face| old.surface(face) != new.surface(face)));
+    assert!((5..9).all(|face| old.surface(face) != new.surface(face)));
 }
 
 /// Meshes and trimmed surfaces go out to STEP and come back.
@@ -343,8 +344,8 @@ fn neighbours_that_may_move_refuse_nothing() {
     }
 }
 
-/// A face that goes along with its neighbours gets some five thousand pieces. It is pulled out, so that the solid grows; OpenCASCADE finds it 1.16e-5 larger,
-/// and its triangles were 2e-4 smaller.
+/// A face that may go along with its neighbours gets some thousands of pieces. It is pulled out, so that the solid grows; OpenCASCADE finds it 5.35e-6 larger,
+/// and triangles would be 2e-4 smaller.
 #[test]
 fn the_volume_of_an_edited_face_of_many_pieces_is_integrated() {
     let folder = tempfile::tempdir().unwrap();
@@ -357,7 +358,7 @@ fn the_volume_of_an_edited_face_of_many_pieces_is_integrated() {
     let found = LOFTSMAN.json(folder.path(), &["run", "edit.toml"]);
     let volume = &found["steps"][0]["objects"][0]["volume"];
     let change = volume["after"].as_f64().unwrap() / volume["before"].as_f64().unwrap() - 1.0;
-    assert!(change > 1e-5 && change < 1.3e-5, "{change:e}");
+    assert!(change > 4.8e-6 && change < 5.9e-6, "{change:e}");
 }
 
 /// Where something moves much further than what was asked it is told.

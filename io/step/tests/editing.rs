@@ -11,7 +11,7 @@ use loftsman_kernel::scene::Geometry;
 use loftsman_kernel::shape::{Derivative, Location, Shape};
 use loftsman_step::Step;
 
-fn breps() -> Vec<(String, Brep)> {
+pub(super) fn breps() -> Vec<(String, Brep)> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/step");
     let mut names: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     names.sort();
@@ -138,7 +138,7 @@ fn pulled(rings: usize) -> Outcome {
 
 /// How far the faces of an edge are apart: points of one along its parameter curve, from the surface of the other by a search there.
 /// `None` where a face has no parameter curve of its own, so that it was not touched.
-fn gap(brep: &Brep, edge: usize) -> Option<f64> {
+pub(super) fn gap(brep: &Brep, edge: usize) -> Option<f64> {
     let uses = brep.uses(edge);
     let [one, other] = uses else { return None };
     let curve = brep.loops(one.face)[one.chain][one.number].parameters.as_ref()?;

@@ -1,6 +1,7 @@
 //! The tests of this crate, as one program.
 
 mod common;
+mod edges;
 mod editing;
 mod files;
 mod forms;

@@ -31,7 +31,7 @@ const NEARLY: f64 = 1e-9;
 const ON_WAYS: usize = 500;
 const ON_WAYS_OF_CURVES: usize = 100_000;
 /// The most faces of a Brep that have moved: of all of them it would take long.
-const MOVED_FACES: usize = 8;
+const MOVED_FACES: usize = 32;
 /// Places of each span of a border.
 const ON_BORDERS: usize = 4;
 

@@ -17,8 +17,10 @@
 //!   interpolation in the edge's own space, refined.
 
 mod edge;
+mod follow;
 mod measure;
 mod pair;
+mod room;
 mod settle;
 mod sheet;
 mod strand;
@@ -29,6 +31,7 @@ mod trace;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use self::follow::Edges;
 pub use self::measure::Opening;
 use self::pair::Tie;
 use self::sheet::{Sheet, Still};
@@ -210,12 +213,6 @@ impl Brep {
         let moves = |edge: usize| ties.contains_key(&edge);
         self.hold(&mut sheets, &moves, moving)?;
         let smooth = if moving.sharp { BTreeSet::new() } else { self.stay_smooth(&ties, &sheets)? };
-        for (&edge, &tie) in &ties {
-            self.refine_along(edge, tie, &mut sheets)?;
-        }
-        for (&edge, &tie) in ties.iter().filter(|(edge, _)| smooth.contains(edge)) {
-            self.refine_across(edge, tie, &mut sheets)?;
-        }
         for &edge in ties.keys() {
             let order = usize::from(smooth.contains(&edge));
             for one in self.uses(edge) {
@@ -224,8 +221,18 @@ impl Brep {
                 }
             }
         }
-        for (face, sheet) in &mut sheets {
-            sheet.freed(&on(*face))?;
+        for (&edge, &tie) in &ties {
+            self.elevate_along(edge, tie, &mut sheets)?;
+        }
+        let moved = self.free(places, &ties, &mut sheets)?;
+        for (&edge, &tie) in ties.iter().filter(|(edge, _)| smooth.contains(edge)) {
+            self.refine_across(edge, tie, &mut sheets)?;
+        }
+        // Twice: a face that others follow may be given knots after they were.
+        for _ in 0..2 {
+            for (&edge, &tie) in &ties {
+                self.refine_along(edge, tie, &moved, &mut sheets)?;
+            }
         }
         // The same Brep with these surfaces and parameter curves, and with edges that can follow.
         let mut parts = self.parts();
@@ -357,7 +364,8 @@ impl Brep {
         let held: Vec<usize> = (0..self.net.len()).filter(|&k| !free[k]).collect();
         let (mut bonds, mut between) = (Vec::new(), BTreeSet::new());
         for (&edge, &tie) in ties {
-            let rows = pair::rows(self, edge, sheets, tie)?;
+            let edges = Edges { sheets, ties, smooth: &smooth, free: &free };
+            let rows = pair::rows(self, edge, &edges, tie)?;
             if rows.places {
                 between.insert(edge);
             }

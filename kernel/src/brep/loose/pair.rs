@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::super::{Brep, UsePlace};
+use super::follow::Edges;
 use super::sheet::Sheet;
-use super::strand::{Strand, own_places};
+use super::strand::{Strand, inside};
 use super::trace::{Line, Trace};
 use crate::error::Result;
 use crate::shape::Stencil;
@@ -13,12 +14,8 @@ use crate::shape::Stencil;
 const PACE: f64 = 1e-7;
 /// Places at which that is looked at.
 const LOOKS: usize = 33;
-/// A boundary that has to go along with what is no spline in its space has so many spans at least, and at most.
-const SPANS: [usize; 2] = [32, 96];
-/// Polynomials along an edge of no higher degree are made the same by that many places and one; and a boundary is given a degree up to this,
-/// so that it can be any of them.
+/// Polynomials along an edge of no higher degree are made the same by that many places and one.
 const EXACT: usize = 12;
-const ELEVATED: usize = 7;
 
 /// What keeps two faces that move together along their edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,41 +95,15 @@ impl Brep {
         }
         Ok(all)
     }
-
-    /// Gives a face a degree, or knots, along an edge where it has to go along with what its space does not hold.
-    pub(super) fn refine_along(
-        &self,
-        edge: usize,
-        tied: Tie,
-        sheets: &mut BTreeMap<usize, Sheet>,
-    ) -> Result<()> {
-        let Some((first, others)) = self.uses(edge).split_first() else { return Ok(()) };
-        for other in others {
-            // The one whose boundary is a spline of its own follows the other one.
-            let (one, beside, along) = match (line(sheets, first), line(sheets, other)) {
-                (_, Some(b)) => (other, first, b),
-                (Some(a), None) => (first, other, a),
-                (None, None) => continue,
-            };
-            let Some(strand) = strand(sheets, beside)? else { continue };
-            let (degree, breaks) = (strand.degree(), strand.breaks()?.len());
-            let Some(sheet) = sheets.get_mut(&one.face) else { continue };
-            match (tied, degree) {
-                (Tie::Polynomials, Some(degree)) => sheet.elevated(&along, degree.min(ELEVATED))?,
-                (Tie::Follows, _) => sheet.spanned(&along, (4 * (breaks - 1)).clamp(SPANS[0], SPANS[1]))?,
-                _ => {}
-            }
-        }
-        Ok(())
-    }
 }
 
 /// The rows that keep the faces of an edge together, over the control vertices of the ready Brep.
-pub(super) fn rows(brep: &Brep, edge: usize, sheets: &BTreeMap<usize, Sheet>, tied: Tie) -> Result<Rows> {
+pub(super) fn rows(brep: &Brep, edge: usize, edges: &Edges<'_>, tied: Tie) -> Result<Rows> {
+    let sheets = edges.sheets;
     let mut all = Rows { rows: Vec::new(), places: false };
     let Some((first, others)) = brep.uses(edge).split_first() else { return Ok(all) };
-    for other in others {
-        let (Some(f), Some(g)) = (sheets.get(&first.face), sheets.get(&other.face)) else { continue };
+    let following = brep.following(edge, sheets);
+    for (number, other) in others.iter().enumerate() {
         let lines = (line(sheets, first), line(sheets, other));
         let products = (brep.product(first.face), brep.product(other.face));
         if let (Tie::Lines, (Some(a), Some(b)), (Some(p), Some(q))) = (tied, &lines, products)
@@ -142,29 +113,27 @@ pub(super) fn rows(brep: &Brep, edge: usize, sheets: &BTreeMap<usize, Sheet>, ti
             continue;
         }
         all.places |= tied != Tie::Polynomials;
-        let (Some(one), Some(two)) = (strand(sheets, first)?, strand(sheets, other)?) else { continue };
-        let ((one, own), (two, beside), along) = match lines {
-            (_, Some(b)) if tied == Tie::Follows => ((two, (other, g)), (one, (first, f)), Some(b)),
-            (Some(a), None) if tied == Tie::Follows => ((one, (first, f)), (two, (other, g)), Some(a)),
-            _ => ((one, (first, f)), (two, (other, g)), None),
+        let follower = following.get(number).filter(|_| following.len() == others.len());
+        let (one, two, along) = match follower {
+            Some((one, beside, along)) => (*one, *beside, Some(along)),
+            None => (first, other, None),
         };
-        let places = match &along {
+        let (Some(own), Some(leader)) = (strand(sheets, one)?, strand(sheets, two)?) else { continue };
+        let holds = |line: &&Line| {
+            tied == Tie::Follows || leader.degree().is_some_and(|d| d <= line.space(own.surface).degree())
+        };
+        let places = match along.filter(holds) {
             Some(line) => {
-                let trace = Trace::of(&own.1.product(0), line)?;
-                let (a, b) = trace.space.domain();
-                own_places(&trace.space)
-                    .into_iter()
-                    .map(|t| (t - a) / (b - a))
-                    .map(|share| (share, line.point(share)))
-                    .collect()
+                let shares = brep.follow_at(one, line, (&leader, two), edges)?;
+                shares.into_iter().map(|share| (share, line.point(share))).collect()
             }
-            None => places(&one, &two)?,
+            None => places(&own, &leader)?,
         };
         for (share, at) in places {
-            let point = own.1.surface.point(at[0], at[1])?;
-            let there = two.parameters(two.nearest(point, share)?)?;
-            let row = brep.row_at(&own.1.surface, own.0.face, at)?;
-            let minus = brep.row_at(&beside.1.surface, beside.0.face, there)?.scaled(-1.0);
+            let (u, v) = inside(own.surface, at[0], at[1]);
+            let there = leader.parameters(leader.nearest(own.surface.point(u, v)?, share)?)?;
+            let row = brep.row_at(own.surface, one.face, at)?;
+            let minus = brep.row_at(leader.surface, two.face, there)?.scaled(-1.0);
             all.rows.push(row.iter().chain(minus.iter()).collect());
         }
     }

@@ -336,6 +336,42 @@ impl Sheet {
         Ok(())
     }
 
+    /// The breakpoints of the direction that runs along a line, inside of it.
+    pub(super) fn breaks_along(&self, line: &Line) -> Vec<f64> {
+        let direction = if line.along_u { Direction::U } else { Direction::V };
+        let (low, high) = (line.from.min(line.to), line.from.max(line.to));
+        let sliver = SLACK * (high - low);
+        let breaks = self.surface.space(direction).breakpoints();
+        breaks.into_iter().filter(|t| *t > low + sliver && *t < high - sliver).collect()
+    }
+
+    /// These knots in the direction that runs along a line, so often each, beside those that it has: what is one of these but for rounding
+    /// is that.
+    pub(super) fn knotted(&mut self, line: &Line, knots: &[(f64, usize)]) -> Result<()> {
+        let direction = if line.along_u { Direction::U } else { Direction::V };
+        let (low, high) = (line.from.min(line.to), line.from.max(line.to));
+        let sliver = SLACK * (high - low);
+        let space = self.surface.space(direction);
+        let known = self.breaks_along(line);
+        let mut all: Vec<(f64, usize)> = Vec::new();
+        for &(knot, times) in knots.iter().filter(|(t, _)| *t > low + sliver && *t < high - sliver) {
+            let next = known.partition_point(|t| *t < knot);
+            let beside = known[next.saturating_sub(1)..].iter().take(2);
+            let own = beside.copied().find(|t| (t - knot).abs() <= sliver).unwrap_or(knot);
+            all.push((own, times.min(space.degree())));
+        }
+        all.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+        all.dedup_by(|b, a| b.0 - a.0 <= sliver);
+        let knots: Vec<f64> = all
+            .into_iter()
+            .flat_map(|(t, times)| std::iter::repeat_n(t, times.saturating_sub(space.multiplicity(t))))
+            .collect();
+        if !knots.is_empty() {
+            self.surface = self.surface.insert_knots(direction, &knots)?;
+        }
+        Ok(())
+    }
+
     /// At least so many spans of the direction that runs along a line, over it.
     pub(super) fn spanned(&mut self, line: &Line, count: usize) -> Result<()> {
         let direction = if line.along_u { Direction::U } else { Direction::V };

@@ -1,6 +1,6 @@
 //! An edge as a face has it: a curve in the parameters of its surface.
 
-use crate::error::Result;
+use crate::error::{MAX_DEGREE, Result};
 use crate::shape::{Location, Shape};
 use crate::spline::trimmed::ParameterCurve;
 use crate::spline::{Space, Surface};
@@ -61,6 +61,51 @@ impl<'a> Strand<'a> {
     pub(super) fn at_share(&self, share: f64) -> f64 {
         let (from, to) = self.curve.range();
         if share >= 1.0 { to } else { from + (to - from) * share }
+    }
+
+    /// The share of the whole at a parameter.
+    pub(super) fn share(&self, t: f64) -> f64 {
+        let (from, to) = self.curve.range();
+        (t - from) / (to - from)
+    }
+
+    /// The derivative of the point by the curve's parameter.
+    pub(super) fn slope(&self, t: f64) -> Result<Vector> {
+        Ok(self.with_derivative(t)?.1)
+    }
+
+    /// How often the surface along the curve can be differentiated at least, by what is repeated among knots.
+    pub(super) fn smoothness(&self) -> usize {
+        let spaces = [self.surface.u(), self.surface.v(), self.curve.curve().space()];
+        let of = |space: &Space| match space.most_repeated() {
+            0 => MAX_DEGREE,
+            times => space.degree().saturating_sub(times),
+        };
+        spaces.into_iter().map(of).min().unwrap_or(0)
+    }
+
+    /// How far it reaches.
+    pub(super) fn size(&self) -> f64 {
+        self.looks.iter().map(|(_, p)| (p - self.looks[0].1).norm()).fold(0.0, f64::max)
+    }
+
+    /// Where the curve passes nearest to a point, and how far from it.
+    pub(super) fn closest(&self, to: Point) -> Result<(f64, f64)> {
+        let (start, end) = self.curve.range();
+        let away = |p: &Point| (p - to).norm();
+        let look = self.looks.iter().min_by(|a, b| away(&a.1).total_cmp(&away(&b.1)));
+        let Some(&(t, looked)) = look else { return Ok((start, f64::INFINITY)) };
+        let found = self.nearest(to, (t - start) / (end - start))?;
+        let distance = away(&self.point(found)?);
+        let beside = [start, end].map(|end| (end, self.point(end)));
+        let mut best = if distance <= away(&looked) { (found, distance) } else { (t, away(&looked)) };
+        for (t, end) in beside {
+            let distance = away(&end?);
+            if distance < best.1 {
+                best = (t, distance);
+            }
+        }
+        Ok(best)
     }
 
     /// Where the curve passes nearest to a point, near this share of it. The ends are the ends.
@@ -177,7 +222,7 @@ impl<'a> Strand<'a> {
 }
 
 /// Parameters brought into the domain where rounding has left them beside it.
-fn inside(surface: &Surface, u: f64, v: f64) -> (f64, f64) {
+pub(super) fn inside(surface: &Surface, u: f64, v: f64) -> (f64, f64) {
     let into = |space: &Space, t: f64| {
         let (a, b) = space.domain();
         if space.is_periodic() { t } else { t.clamp(a, b) }

@@ -10,6 +10,8 @@ use crate::spline::{Curve, Product, Space};
 
 /// Pieces of a curve are halved until they lie in one cell, or are this part of a cell's sides.
 const FINEST: f64 = 1.0 / 64.0;
+/// Values of functions below this part of the largest are rounding: of a parameter beside the end of the domain, or a knot.
+const ROUNDING: f64 = 1e-14;
 /// And not oftener than this.
 const DEPTH: usize = 24;
 
@@ -21,11 +23,18 @@ pub(super) fn along(product: &Product<'_>, curve: &ParameterCurve, order: usize)
     let (start, end) = curve.curve().domain();
     let part =
         if (from, to) == (start, end) { curve.curve().clone() } else { curve.curve().between(from, to)? };
+    // Halving leaves rounding in a coordinate that is constant, and nothing that is wide, however little, is a line.
+    let constant = [0, 1].map(|k| {
+        let first = part.points().first()?[k];
+        part.points().iter().all(|p| p[k] == first).then_some(first)
+    });
+    let bounds = |k: usize, low: f64, high: f64| constant[k].map_or((low, high), |at| (at, at));
     let mut open: Vec<(Curve, usize)> =
         part.bezier_segments()?.into_iter().map(|segment| (segment, 0)).collect();
     while let Some((segment, depth)) = open.pop() {
         let (low, high) = segment.hull_bounds();
-        let sides = [(product.u, low.x, high.x), (product.v, low.y, high.y)];
+        let (u, v) = (bounds(0, low.x, high.x), bounds(1, low.y, high.y));
+        let sides = [(product.u, u.0, u.1), (product.v, v.0, v.1)];
         let coarse = sides.iter().any(|(space, low, high)| is_coarse(space, *low, *high));
         let (a, b) = segment.domain();
         let middle = 0.5 * (a + b);
@@ -102,7 +111,9 @@ fn active(space: &Space, low: f64, high: f64, order: usize) -> BTreeSet<usize> {
         for k in 0..=order.min(p) {
             let mut row = [0.0; MAX_DEGREE + 1];
             space.basis_into(span, u, k, &mut row);
-            all.extend((0..=p).filter(|&i| row[i] != 0.0).map(|i| space.vertex(span - p + i)));
+            let largest = row[..=p].iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+            let some = |i: &usize| row[*i].abs() > ROUNDING * largest;
+            all.extend((0..=p).filter(some).map(|i| space.vertex(span - p + i)));
         }
     }
     all

@@ -5,7 +5,10 @@ use crate::error::MAX_DEGREE;
 use crate::error::Result;
 use crate::shape::Stencil;
 use crate::spline::trimmed::ParameterCurve;
-use crate::spline::{Conversion, Curve, Product, Space};
+use crate::spline::{Conversion, Curve, Product, Space, Surface};
+
+/// What leaves a line by a smaller part of its length is the line.
+const STRAIGHT: f64 = 1e-12;
 
 /// A part of a line `u = at` or `v = at` of a surface's parameters, run through by an edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,12 +22,14 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// The line that a parameter curve is, where it is one.
+    /// The line that a parameter curve is, where it is one but for rounding.
     pub(super) fn of(curve: &ParameterCurve) -> Option<Self> {
         let points = curve.curve().points();
         let first = points.first()?;
-        let along_u = points.iter().all(|p| p.y == first.y);
-        if !along_u && !points.iter().all(|p| p.x == first.x) {
+        let reach = |k: usize| points.iter().fold(0.0_f64, |m, p| m.max((p[k] - first[k]).abs()));
+        let (by_u, by_v) = (reach(0), reach(1));
+        let along_u = by_v <= STRAIGHT * by_u;
+        if !along_u && by_u > STRAIGHT * by_v {
             return None;
         }
         let run = |p: &Point| if along_u { p.x } else { p.y };
@@ -34,6 +39,11 @@ impl Line {
         let (from, to) = if along_u { (a[0], b[0]) } else { (a[1], b[1]) };
         let at = if along_u { first.y } else { first.x };
         ((forth || back) && from != to).then_some(Self { along_u, at, from, to })
+    }
+
+    /// The space of a surface that runs along it.
+    pub(super) fn space<'a>(&self, surface: &'a Surface) -> &'a Space {
+        if self.along_u { surface.u() } else { surface.v() }
     }
 
     /// The parameters of the surface where this share of the line is run through.
