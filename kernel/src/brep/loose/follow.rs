@@ -29,7 +29,7 @@ const WORST: f64 = 25.0;
 const LEFT: f64 = 1e-5;
 const FALL: f64 = 3.0;
 /// A boundary is given a degree up to this, so that it can be any polynomial that the other one is.
-pub(super) const ELEVATED: usize = 7;
+const ELEVATED: usize = 7;
 /// Directions whose sine is no larger are one: edges that run on across a smooth one.
 const ONWARD: f64 = 1e-3;
 /// Coefficients below this part of the largest are rounding.
@@ -256,10 +256,8 @@ fn without_corners(trace: &Trace, net: &[Point]) -> Result<Space> {
     let curve = trace.curve(net)?;
     let mut flat = Vec::with_capacity(space.flat().len());
     let (a, b) = space.domain();
-    let mut knots: Vec<f64> = space.flat().to_vec();
-    knots.dedup();
-    for knot in knots {
-        let times = space.flat().iter().filter(|t| **t == knot).count();
+    for same in space.flat().chunk_by(|a, b| a == b) {
+        let (knot, times) = (same[0], same.len());
         let inside = knot > a && knot < b;
         let smooth = |side: Side| slope(&curve, knot, side);
         let goes_on = inside

@@ -17,7 +17,7 @@ pub(super) type Place = (usize, [f64; 2]);
 
 impl Brep {
     /// The places that are asked about, and those of other faces that are the same points of edges that both have.
-    pub(super) fn places_beside(
+    fn places_beside(
         &self,
         asked: &[Place],
         ties: &BTreeMap<usize, Tie>,
@@ -83,7 +83,7 @@ impl Brep {
 
     /// Gives both faces of an edge that is a line of both, at one pace, all knots that one of them has along it: where only one can bend
     /// neither does.
-    pub(super) fn same_knots(&self, edge: usize, sheets: &mut BTreeMap<usize, Sheet>) -> Result<()> {
+    fn same_knots(&self, edge: usize, sheets: &mut BTreeMap<usize, Sheet>) -> Result<()> {
         let Some((first, others)) = self.uses(edge).split_first() else { return Ok(()) };
         for other in others {
             let (Some(a), Some(b)) = (line(sheets, first), line(sheets, other)) else { continue };

@@ -10,10 +10,10 @@ use crate::spline::{Curve, Product, Space};
 
 /// Pieces of a curve are halved until they lie in one cell, or are this part of a cell's sides.
 const FINEST: f64 = 1.0 / 64.0;
-/// Values of functions below this part of the largest are rounding: of a parameter beside the end of the domain, or a knot.
-const ROUNDING: f64 = 1e-14;
 /// And not oftener than this.
 const DEPTH: usize = 24;
+/// Values of functions below this part of the largest are rounding: of a parameter beside the end of the domain, or a knot.
+const ROUNDING: f64 = 1e-14;
 
 /// The control vertices (numbers of the whole shape) on which the derivatives up to an `order` across a curve depend, or a few more where
 /// the curve passes close by their functions' supports: everything that all others move stays there as it is.
