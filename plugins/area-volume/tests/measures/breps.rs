@@ -269,9 +269,10 @@ fn solids_keep_their_volumes_and_areas_while_faces_move() {
             let change = of(&volume(), after) / inside - 1.0;
             assert!(change.abs() <= kept, "{scale} {at:?} {rings}: {change:e} {}", edited.report());
             assert!(edited.report().iterations <= 20, "{}", edited.report());
-            // Without it, it would have changed by far more.
+            // Without it, it would have changed by far more: by 8e-4 where the face has knots beside the place, and moves only there.
             let plain = Edit::new(&free).ask(position(at).by(by)).solve().unwrap();
-            assert!((of(&volume(), plain.shape()) / inside - 1.0).abs() > 1e-3, "{at:?} {rings}");
+            let changed = (of(&volume(), plain.shape()) / inside - 1.0).abs();
+            assert!(changed > 5e-4 && changed > 1e5 * kept, "{scale} {at:?} {rings}: {changed:e}");
             let whole = |after: &Brep, bound: f64| {
                 assert!((of(&volume(), after) / inside - 1.0).abs() <= bound, "{scale} {at:?} {rings}");
                 for one in after.openings().unwrap() {
