@@ -3,10 +3,15 @@
 //! A few hundred changes are tried as a rule. `LOFTSMAN_MUTATE_SECONDS=3600 cargo test --release -p loftsman-tests --test library mutated` goes on
 //! for so long with each format. What it finds is named by the file and the number of the change, and becomes a test of the crate at fault.
 
-#![allow(clippy::print_stdout, reason = "how many changes were tried is asked for with --nocapture")]
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "how many changes were tried is asked for with --nocapture"
+)]
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use loftsman::kernel::plugin::{Chord, Fate, Fineness, Format, Memory, ReadOptions, WriteOptions};
@@ -135,6 +140,30 @@ fn survives(format: &dyn Format, name: &str, bytes: Vec<u8>) -> bool {
     true
 }
 
+/// Names what has been going on for too long, while it does: one that never ends could not be told afterwards.
+#[derive(Default)]
+struct Watch(Arc<Mutex<(String, u64)>>);
+
+impl Watch {
+    fn over(&self, name: String) {
+        let mut one = self.0.lock().unwrap();
+        if one.1 == 0 {
+            let all = Arc::downgrade(&self.0);
+            std::thread::spawn(move || {
+                let mut before = 0;
+                while let Some(now) = all.upgrade().map(|one| one.lock().unwrap().clone()) {
+                    if now.1 == before {
+                        eprintln!("{} goes on for more than {LONGEST:?}", now.0);
+                    }
+                    before = now.1;
+                    std::thread::sleep(LONGEST);
+                }
+            });
+        }
+        *one = (name, one.1 + 1);
+    }
+}
+
 fn mutated(format: &str, extensions: &[&str]) {
     let registry = loftsman::registry();
     let format = registry.formats().iter().find(|f| f.declaration().name == format).unwrap();
@@ -154,10 +183,12 @@ fn mutated(format: &str, extensions: &[&str]) {
     let given = std::env::var("LOFTSMAN_MUTATE_SECONDS").ok().map(|text| text.parse().unwrap());
     let first: u64 = std::env::var("LOFTSMAN_MUTATE_FROM").map_or(0, |text| text.parse().unwrap());
     let (started, mut read, mut failed, mut change) = (Instant::now(), 0, Vec::new(), first);
+    let watch = Watch::default();
     while given.map_or(change < CHANGES, |seconds| started.elapsed() < Duration::from_secs(seconds)) {
         let (name, original) = &files[(change % files.len() as u64) as usize];
         let bytes = changed(original, &mut Numbers(change));
         let begun = Instant::now();
+        watch.over(format!("{name}, change {change}"));
         match catch_unwind(AssertUnwindSafe(|| survives(format.as_ref(), name, bytes))) {
             Ok(is_read) => read += u64::from(is_read),
             Err(_) => failed.push(format!("{name}, change {change}")),

@@ -217,6 +217,12 @@ fn a_bound_that_runs_against_all_neighbours_is_turned_and_told() {
         });
         (breps.next_back().unwrap(), report.notes.join("\n"))
     };
+    // A loop starts elsewhere, or runs through the same edges the same way.
+    let uses = |brep: &Brep| -> BTreeSet<(usize, usize, bool)> {
+        (0..4)
+            .flat_map(|face| brep.loops(face).iter().flatten().map(move |one| (face, one.edge, one.reversed)))
+            .collect()
+    };
     let (right, notes) = read(text.clone());
     assert!(!notes.contains("turned round"), "{notes}");
     for bound in ["#18=FACE_OUTER_BOUND('',#22,", "#20=FACE_OUTER_BOUND('',#24,"] {
@@ -224,23 +230,62 @@ fn a_bound_that_runs_against_all_neighbours_is_turned_and_told() {
         assert_ne!(wrong, text);
         let (brep, notes) = read(wrong);
         assert_eq!((brep.solids().len(), brep.is_closed(&[0, 1, 2, 3])), (1, true), "{notes}");
-        assert!(notes.contains("run against those of all faces beside it: they are turned round"), "{notes}");
-        // A loop starts elsewhere, or runs through the same edges the same way.
-        let uses = |brep: &Brep| -> BTreeSet<(usize, usize, bool)> {
-            (0..4)
-                .flat_map(|face| {
-                    brep.loops(face).iter().flatten().map(move |one| (face, one.edge, one.reversed))
-                })
-                .collect()
-        };
+        assert!(notes.contains("run against those of the faces around it: they are turned round"), "{notes}");
         assert_eq!(uses(&brep), uses(&right));
     }
-    // Of two faces side by side nobody can say which is wrong.
+    // So are two side by side: a plane says which way its outer bound runs.
     let both = text
         .replace("#18=FACE_OUTER_BOUND('',#22,.T.)", "#18=FACE_OUTER_BOUND('',#22,.F.)")
         .replace("#19=FACE_OUTER_BOUND('',#23,.T.)", "#19=FACE_OUTER_BOUND('',#23,.F.)");
     let (brep, notes) = read(both);
-    assert!(brep.solids().is_empty() && !notes.contains("turned round"), "{notes}");
+    assert_eq!(notes.matches("turned round").count(), 2, "{notes}");
+    assert_eq!((brep.solids().len(), uses(&brep)), (1, uses(&right)));
+}
+
+/// Up to four bounds of a file are the wrong way round, side by side, and of faces with several only some: where those that are right are many more all are
+/// turned back.
+#[test]
+fn whichever_bounds_run_the_wrong_way_they_are_turned() {
+    let (mut tried, mut turned) = (0, 0);
+    for name in ["sliced_cylinder.step", "io1-cm-214.stp", "base_interface_AP203.STEP", "dm1-id-214.stp"] {
+        let text = String::from_utf8(data(name).unwrap()).unwrap();
+        let uses = |text: &str| -> (Vec<BTreeSet<(usize, usize, bool)>>, usize, String) {
+            let (scene, report) = read(name, text.as_bytes());
+            let of = |brep: &Brep| {
+                let uses = |face: usize| {
+                    let uses = brep.loops(face).iter().flatten();
+                    uses.map(move |one| (face, one.edge, one.reversed)).collect::<Vec<_>>()
+                };
+                (0..brep.face_count()).flat_map(uses).collect()
+            };
+            let solids = breps(&scene).map(|brep| brep.solids().len()).sum();
+            (breps(&scene).map(of).collect(), solids, report.notes.join("\n"))
+        };
+        let (right, solids, _) = uses(&text);
+        assert!(solids > 0);
+        let places: Vec<usize> = text.match_indices("BOUND").map(|(at, _)| at).collect();
+        // The whole of a small part of a solid may be wrong: what hangs together by itself says so by its planes.
+        for (first, count) in (0..12).map(|k| (k % places.len(), k % (places.len() / 4).min(4) + 1)) {
+            let mut wrong = text.clone();
+            for &at in places.iter().skip(first).take(count) {
+                let end = at + wrong[at..].find(';').unwrap();
+                let flag = wrong[..end].rfind(".T.").unwrap();
+                wrong.replace_range(flag..flag + 3, ".F.");
+            }
+            assert_ne!(wrong, text);
+            let (found, closed, notes) = uses(&wrong);
+            tried += 1;
+            // Of few that only have to do with each other nobody can say which are wrong.
+            if closed == solids {
+                assert_eq!(found, right, "{name} {first} {count}: {notes}");
+                turned += 1;
+            } else {
+                assert!(notes.contains("its shell does not close"), "{name} {first} {count}: {notes}");
+            }
+        }
+    }
+    println!("{turned} of {tried}");
+    assert!(tried == 48 && turned >= 40, "{turned} of {tried}");
 }
 
 /// The length of a direction says nothing, and its square need not be a number.

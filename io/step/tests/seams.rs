@@ -241,3 +241,88 @@ fn plain_faces_stay_short() {
     let text = written(&cylinder(0.4));
     assert_eq!((text.matches("=PCURVE(").count(), text.matches("=SEAM_CURVE(").count()), (4, 1));
 }
+
+/// A cone's tip below a plane across it: of a seam that ends at the tip but for `off`, of the seam's length, and an ellipse.
+fn tip(frame: Frame, off: [f64; 3]) -> Brep {
+    let (radius, angle, height, slant) = (2.0, 0.4_f64, 3.0, 0.3);
+    let t = angle.tan();
+    let local = |x: f64, y: f64, z: f64| frame.origin + frame.x * x + frame.y() * y + frame.z * z;
+    // Where the plane `z = height + slant x` meets the cone beside `y = 0`.
+    let wide = t * (height + radius / t);
+    let (near, far) = (wide / (1.0 - t * slant), -wide / (1.0 + t * slant));
+    let middle = 0.5 * (near + far);
+    let across = (t * (height + slant * middle + radius / t)).powi(2) - middle * middle;
+    let center = local(middle, 0.0, height + slant * middle);
+    let long = (frame.x + frame.z * slant) * (0.5 * (near - far));
+    let short = frame.y() * across.sqrt();
+    let curve = Curve::elliptic_arc(center, long, short, 0.0, TAU).unwrap();
+    let radii = [long.norm(), short.norm()];
+    let form = CurveForm::Ellipse { frame: Frame::new(center, long.cross(&short), long).unwrap(), radii };
+    let (start, end) = (curve.point(0.0).unwrap(), local(0.0, 0.0, -radius / t));
+    let length = (end - start).norm();
+    let end = end + (frame.x * off[0] + frame.y() * off[1] + frame.z * off[2]) * length;
+    let ellipse = Edge { range: curve.domain(), curve, ends: [0, 0], tolerance: 1e-7, form };
+    let seam = Curve::line(start, end).unwrap();
+    let seam =
+        Edge { range: seam.domain(), curve: seam, ends: [0, 1], tolerance: 1e-7, form: CurveForm::Line };
+    let form = SurfaceForm::Cone { frame, radius, angle };
+    let vertices = [start, end];
+    let uses = [(1, true), (0, true), (1, false)];
+    let parts = Parts {
+        vertices: vertices.map(|point| Vertex { point, tolerance: 1e-7 }).into(),
+        edges: vec![ellipse, seam],
+        faces: vec![Face {
+            name: None,
+            color: None,
+            surface: form.covering(&vertices).unwrap(),
+            form,
+            reversed: false,
+            loops: vec![uses.map(|(edge, reversed)| Use { edge, reversed, parameters: None }).into()],
+            points: Vec::new(),
+        }],
+        ..Parts::default()
+    };
+    Brep::new(parts).unwrap()
+}
+
+/// A seam runs to the tip of a cone, but for the noise of a file: its two sides are in the file, a whole turn apart; and where the tip is missed by so much that
+/// they cannot be, that is told.
+#[test]
+fn a_seam_that_misses_the_tip_by_noise_has_two_sides() {
+    let far = Frame { origin: Point::new(20_000.0, -15_000.0, 9_000.0), ..frame() };
+    for frame in [frame(), far] {
+        for (off, is_told) in [
+            ([0.0; 3], false),
+            ([0.0, 4e-7, 0.0], false),
+            ([-3e-7, -2e-7, -4e-7], false),
+            ([0.0, 0.0, -5e-7], false),
+            ([-2e-7, 0.0, -4e-7], false),
+            ([0.0, 0.01, -0.02], true),
+        ] {
+            let mut scene = Scene::new();
+            scene.add(Object::new("it", Geometry::Brep(tip(frame, off)))).unwrap();
+            let mut memory = Memory::new("t.step", Vec::new());
+            let report = Step.write(&scene, &mut memory, &WriteOptions::default()).unwrap();
+            let text = String::from_utf8(memory.bytes).unwrap();
+            let told = format!("{report:?}").contains("are not told in their parameters");
+            assert_eq!(told, is_told, "{off:?}: {report:?}");
+            let all = entities(&text);
+            let Some(seam) = all.values().find(|entity| entity.starts_with("SEAM_CURVE")) else {
+                assert!(is_told, "{off:?}: {text}");
+                continue;
+            };
+            assert!(!is_told, "{off:?}: {text}");
+            let sides: Vec<Curve> = references(seam)[1..]
+                .iter()
+                .map(|one| planar(&all, references(all[&references(all[one])[1]])[0]))
+                .collect();
+            let [one, other] = &sides[..] else { panic!("{seam}") };
+            for (p, q) in one.points().iter().zip(other.points()) {
+                assert!(
+                    ((p.x - q.x).abs() - TAU).abs() < 1e-9 && (p.y - q.y).abs() < 1e-9,
+                    "{off:?}: {p} {q}"
+                );
+            }
+        }
+    }
+}

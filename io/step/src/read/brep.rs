@@ -34,7 +34,7 @@ pub(crate) struct Model {
 pub(crate) struct Builder<'r, 'f> {
     space: Space<'r, 'f>,
     styles: &'r Styles,
-    parts: Parts,
+    pub(super) parts: Parts,
     vertices: HashMap<u64, usize>,
     /// Of each EDGE_CURVE the edge, and whether that runs the other way.
     edges: HashMap<u64, (usize, bool)>,
@@ -46,7 +46,7 @@ pub(crate) struct Builder<'r, 'f> {
     alone: Vec<u64>,
     parameters: Vec<u64>,
     problems: Vec<Problem>,
-    notes: Vec<String>,
+    pub(super) notes: Vec<String>,
 }
 
 /// Whether an entity of this type is a solid, a surface model, a shell or a face: what becomes one Brep.
@@ -135,70 +135,6 @@ impl<'r, 'f> Builder<'r, 'f> {
                 Ok(())
             }
             _ => self.shell(number, false, 0),
-        }
-    }
-
-    /// Whether a shell has each edge twice, once in each direction.
-    fn closes(&self, shell: &Shell) -> bool {
-        let mut turns: HashMap<usize, [usize; 2]> = HashMap::new();
-        for one in shell.faces.iter().flat_map(|&face| &self.parts.faces[face].loops).flatten() {
-            turns.entry(one.edge).or_default()[usize::from(one.reversed)] += 1;
-        }
-        turns.values().all(|turns| *turns == [1, 1])
-    }
-
-    /// Turns the loops of faces round that run against what all faces beside them say, where the shell closes then and not without; says so.
-    /// Programs write some of their bounds with the wrong flag, and read them the right way round.
-    fn turn_loops(&mut self, shell: &Shell, numbers: &[u64]) {
-        if self.closes(shell) {
-            return;
-        }
-        let mut uses: HashMap<usize, Vec<(usize, bool)>> = HashMap::new();
-        for (k, &face) in shell.faces.iter().enumerate() {
-            for one in self.parts.faces[face].loops.iter().flatten() {
-                uses.entry(one.edge).or_default().push((k, one.reversed));
-            }
-        }
-        let mut beside: Vec<Vec<(usize, bool)>> = vec![Vec::new(); shell.faces.len()];
-        for list in uses.values() {
-            let [(a, one), (b, other)] = list[..] else { return };
-            if a != b {
-                beside[a].push((b, one != other));
-                beside[b].push((a, one != other));
-            }
-        }
-        let mut turned = vec![false; shell.faces.len()];
-        // Who runs against how many neighbours, and along none of them; of two side by side the one that does against more.
-        let mut bad: Vec<usize> =
-            beside.iter().map(|list| list.iter().filter(|(_, fits)| !fits).count()).collect();
-        let mut order: Vec<usize> =
-            (0..bad.len()).filter(|&k| bad[k] > 0 && bad[k] == beside[k].len()).collect();
-        order.sort_by(|&a, &b| bad[b].cmp(&bad[a]).then(a.cmp(&b)));
-        for k in order {
-            let against = |k: usize| if bad[k] == beside[k].len() { bad[k] } else { 0 };
-            if against(k) == 0 || beside[k].iter().any(|&(other, _)| against(other) >= bad[k]) {
-                continue;
-            }
-            turned[k] = true;
-            bad[k] = 0;
-            beside[k].iter().for_each(|&(other, _)| bad[other] -= 1);
-        }
-        if bad.iter().any(|bad| *bad > 0) {
-            return;
-        }
-        for (k, &face) in shell.faces.iter().enumerate().filter(|(k, _)| turned[*k]) {
-            for chain in &mut self.parts.faces[face].loops {
-                chain.reverse();
-                for one in chain {
-                    one.reversed = !one.reversed;
-                    // Of a seam each side has its own: they are found anew.
-                    one.parameters = None;
-                }
-            }
-            self.notes.push(format!(
-                "#{}: its bounds run against those of all faces beside it: they are turned round",
-                numbers[k]
-            ));
         }
     }
 

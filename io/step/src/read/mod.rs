@@ -15,6 +15,7 @@ mod spline;
 mod style;
 mod surface;
 mod swept;
+mod turned;
 mod units;
 
 use loftsman_kernel::plugin::{Confidence, FormatError, Place, ReadOptions, ReadReport, Source};

@@ -19,6 +19,8 @@ pub(crate) struct Written {
     pub(crate) solid: bool,
     /// What comes back changed.
     pub(crate) changes: Vec<&'static str>,
+    /// How near to each other its parts are.
+    pub(crate) uncertainty: f64,
 }
 
 /// A surface that was written.
@@ -56,6 +58,11 @@ impl Printer {
         }
         if left {
             changes.push("parameter curves that are not at the pace of their edges, or leave their surfaces, are left out");
+        }
+        if drawings.unsaid {
+            changes.push(
+                "edges of faces that meet themselves are not told in their parameters, which were not found: others may take the wrong side of a seam",
+            );
         }
         let mut faces = Vec::with_capacity(brep.face_count());
         for (face, sheet) in sheets.iter().enumerate() {
@@ -110,13 +117,17 @@ impl Printer {
         if items.len() > 1 {
             changes.push("its solids and shells are objects of their own");
         }
-        let first = brep.tolerances().first().copied();
-        let all = brep.tolerances().iter().copied();
-        let edge = (0..brep.edge_count()).filter_map(|edge| Some(brep.edge(edge)?.tolerance));
-        if all.chain(edge).any(|tolerance| Some(tolerance) != first) {
+        let edges = (0..brep.edge_count()).filter_map(|edge| Some(brep.edge(edge)?.tolerance));
+        let all: Vec<f64> = brep.tolerances().iter().copied().chain(edges).collect();
+        let largest = all.iter().copied().fold(0.0, f64::max);
+        if all.iter().any(|tolerance| *tolerance < largest) {
             changes.push("all its tolerances are the largest");
         }
-        Ok(Written { items, faces, solid, changes })
+        if largest < drawings.off {
+            changes.push("its tolerance is larger, as seams miss the tips of their faces by more");
+        }
+        let uncertainty = largest.max(drawings.off);
+        Ok(Written { items, faces, solid, changes, uncertainty })
     }
 
     fn vertex(&mut self, p: &Point) -> u64 {

@@ -28,14 +28,23 @@ pub(super) struct Drawings {
     pub(super) curves: BTreeMap<UsePlace, Curve>,
     /// Edges whose curves are written from their backs.
     pub(super) back: BTreeSet<usize>,
+    /// Whether a face has edges that should be said and are not, as they could not be.
+    pub(super) unsaid: bool,
+    /// By how much curves are off their edges, where the tolerances of these say less.
+    pub(super) off: f64,
 }
 
 impl Drawings {
-    /// Adds the edges of a face that meets itself along one of them; nothing of another face, and of one that cannot be said: it is written without, as others are.
+    /// Adds the edges of a face that meets itself along one of them; nothing of another face. One that cannot be said is written without, as others are, and
+    /// that is known afterwards.
     pub(super) fn add(&mut self, brep: &Brep, face: usize, sheet: &Sheet) {
-        if let Ok(Some(mut found)) = drawn(brep, face, sheet) {
-            self.curves.append(&mut found.curves);
-            self.back.append(&mut found.back);
+        match drawn(brep, face, sheet) {
+            Ok(Some(mut found)) => {
+                self.curves.append(&mut found.curves);
+                self.back.append(&mut found.back);
+                self.off = self.off.max(found.off);
+            }
+            Ok(None) | Err(_) => self.unsaid = true,
         }
     }
 }
@@ -46,9 +55,10 @@ struct Laid {
     own: Option<ParameterCurve>,
 }
 
-/// The edges of a face; `None` where nothing is to be said, or cannot be.
+/// The edges of a face, none where nothing is to be said; `None` where they cannot be.
 fn drawn(brep: &Brep, face: usize, sheet: &Sheet) -> Result<Option<Drawings>> {
-    let Some(alone) = seams(brep, face) else { return Ok(None) };
+    let nothing = Ok(Some(Drawings::default()));
+    let Some(alone) = seams(brep, face) else { return nothing };
     let form = brep.surface_form(face);
     let size = size_of(brep, face);
     let chart = match &sheet.spline {
@@ -56,15 +66,13 @@ fn drawn(brep: &Brep, face: usize, sheet: &Sheet) -> Result<Option<Drawings>> {
         None if sheet.elementary => Chart::of_form(&form, size),
         None => None,
     };
-    let Some(chart) = chart else {
-        return Ok(None);
-    };
+    let Some(chart) = chart else { return nothing };
     if !alone && sheet.elementary && all_iso(brep, face, &chart)? {
-        return Ok(None);
+        return nothing;
     }
     let laid = if sheet.elementary { on_covering(brep, face, sheet, &chart) } else { on_spline(brep, face) }?;
     if !alone && laid.iter().flatten().all(|one| one.own.as_ref().is_some_and(is_line)) {
-        return Ok(None);
+        return nothing;
     }
     let (mut all, mut tracks) = (Drawings::default(), Vec::new());
     for (chain, uses) in brep.loops(face).iter().enumerate() {
@@ -95,9 +103,10 @@ fn drawn(brep: &Brep, face: usize, sheet: &Sheet) -> Result<Option<Drawings>> {
         together(&mut tracks, &chart);
     }
     for (place, track) in tracks.iter().flatten() {
-        let Some(curve) = track.drawn()? else {
+        let Some((curve, off)) = track.drawn()? else {
             return Ok(None);
         };
+        all.off = all.off.max(off);
         all.curves.insert(*place, curve);
     }
     // A seam whose two uses are on one side of it is none for readers.

@@ -20,6 +20,11 @@ const EACH: usize = 7;
 /// How far a curve may be off, as a part of the edge's size and of its tolerance.
 const OF_SIZE: f64 = 1e-9;
 const OF_TOLERANCE: f64 = 0.1;
+/// Where a place lies by a pole it is the noise of the file that says at which angle; an edge of a constant angle may be off by so much of its size there, of how far
+/// away it is, and no more than this part of its size.
+const NOISE: f64 = 1e-6;
+const NOISE_FAR_AWAY: f64 = 1e-9;
+const MOST_NOISE: f64 = 1e-4;
 /// How far places may be from the edge, as a part of its size, where its tolerance says less, and so much further off than the surface's nearest point.
 const NEAR: f64 = 1e-7;
 const AS_GOOD: f64 = 1.01;
@@ -38,6 +43,8 @@ pub(super) struct Track<'c> {
     /// How far the curve may be off in space, and the edge from it.
     bound: f64,
     near: f64,
+    /// The same by a pole.
+    noise: f64,
 }
 
 impl<'c> Track<'c> {
@@ -66,28 +73,39 @@ impl<'c> Track<'c> {
         let apart = |a: [f64; 2], b: [f64; 2], most: f64| {
             (0..2).any(|d| turns[d].is_some_and(|turn| (a[d] - b[d]).abs() > most * turn))
         };
-        let mut known: Vec<(f64, [f64; 2])> = Vec::with_capacity(shares.len());
-        let mut points = Vec::with_capacity(shares.len());
-        for (k, &share) in shares.iter().enumerate() {
-            let point = pace.point(&own, share)?;
-            points.push(point);
-            let last = k + 1 == shares.len();
-            let before = known.last().map_or(ends[0], |one| one.1);
-            let at = chart.at(point, if last { ends[1] } else { before })?;
-            if !(at[0].is_finite() && at[1].is_finite()) || apart(at, before, 0.25) {
-                return Ok(None);
-            }
-            known.push((share, at));
-        }
-        if known.last().is_none_or(|one| apart(one.1, ends[1], 0.25)) {
-            return Ok(None);
-        }
+        let points = shares.iter().map(|&share| pace.point(&own, share)).collect::<Result<Vec<Point>>>()?;
         let size = points.iter().map(|p| (p - points[0]).norm()).fold(0.0, f64::max);
         let (bound, near) = (
             (OF_SIZE * size).max(OF_TOLERANCE * edge.tolerance.min(1e-4 * size)),
             edge.tolerance.max(NEAR * size),
         );
-        Ok(Some(Self { chart, own, pace, known, breaks, bound, near }))
+        // A place by a pole is at all angles, but for noise: also at that of the place before it.
+        let away = points.iter().map(|p| p.coords.norm()).fold(0.0, f64::max);
+        let noise = near.max((NOISE * size).max(NOISE_FAR_AWAY * away).min(MOST_NOISE * size));
+        let same = |a: [f64; 2], b: [f64; 2]| -> Result<bool> {
+            let turned = [0, 1].map(|d: usize| if turns[d].is_some() { b[d] } else { a[d] });
+            Ok(slip(chart, a, turned)?.is_some_and(|slip| slip <= noise))
+        };
+        let mut known: Vec<(f64, [f64; 2])> = Vec::with_capacity(shares.len());
+        for (k, (&share, &point)) in shares.iter().zip(&points).enumerate() {
+            let last = k + 1 == shares.len();
+            let before = known.last().map_or(ends[0], |one| one.1);
+            let mut at = chart.at(point, if last { ends[1] } else { before })?;
+            if !(at[0].is_finite() && at[1].is_finite()) {
+                return Ok(None);
+            }
+            if last && apart(at, ends[1], 0.25) && !same(at, ends[1])? {
+                return Ok(None);
+            }
+            if apart(at, before, 0.25) {
+                if !same(at, before)? {
+                    return Ok(None);
+                }
+                (0..2).filter(|&d| turns[d].is_some()).for_each(|d| at[d] = before[d]);
+            }
+            known.push((share, at));
+        }
+        Ok(Some(Self { chart, own, pace, known, breaks, bound, near, noise }))
     }
 
     /// The least and the largest of each parameter, at the places that are known.
@@ -101,33 +119,71 @@ impl<'c> Track<'c> {
         self.known.iter_mut().for_each(|one| (0..2).for_each(|d| one.1[d] += by[d]));
     }
 
-    /// The edge in the parameters of the surface; `None` where it is nothing that is as near to it as it should be.
+    /// The edge in the parameters of the surface, and by how much it is off where that is more than the edge's tolerance says; `None` where it is nothing
+    /// that is as near to it as it should be.
     ///
     /// A clamped curve of two coordinates over the parameters of the written one: also a line, as readers look at where one without ends begins.
-    pub(super) fn drawn(&self) -> Result<Option<Curve>> {
+    pub(super) fn drawn(&self) -> Result<Option<(Curve, f64)>> {
         // What stands still around the surface does so to the bit, for readers ask on which side of a seam it is: where the angles start, if it is there.
         let mut tries = vec![self.still(true), self.still(false), [None; 2]];
         tries.dedup();
         for still in tries {
-            if let Some(line) = self.line(still)? {
-                return Ok(Some(line));
+            if let Some(line) = self.line(still, self.bound)?
+                && self.holds(&line, self.near)?.is_some()
+            {
+                return Ok(Some((line, 0.0)));
             }
             if let Some(curve) = self.fitted(still)?
-                && self.holds(&curve)?
+                && self.holds(&curve, self.near)?.is_some()
             {
-                return Ok(Some(curve));
+                return Ok(Some((curve, 0.0)));
             }
         }
-        Ok(None)
+        // The nearer to a pole the more does noise turn a place: what stands still but for that does.
+        let Some(line) = self.line(self.still_but_for_noise()?, self.noise)? else { return Ok(None) };
+        Ok(self.holds(&line, self.noise)?.map(|off| (line, off)))
+    }
+
+    /// The same of what does not change by more than noise in space: as it is where a turn is longest.
+    fn still_but_for_noise(&self) -> Result<[Option<f64>; 2]> {
+        let mut all = [None; 2];
+        for (d, turn) in self.chart.turns().into_iter().enumerate() {
+            let Some(turn) = turn else { continue };
+            let mut widest = (0.0, None);
+            for (_, at) in &self.known {
+                let mut across = *at;
+                across[d] -= 0.25 * turn;
+                let wide = self.slip(*at, across)?.unwrap_or(0.0);
+                if wide > widest.0 {
+                    widest = (wide, Some(at[d]));
+                }
+            }
+            let Some(value) = widest.1 else { continue };
+            let mut still = true;
+            for (_, at) in &self.known {
+                let mut there = *at;
+                there[d] = value;
+                still &= self.slip(*at, there)?.is_some_and(|slip| slip <= self.noise);
+            }
+            let nearest = self.whole(d, turn, value);
+            all[d] = still.then(|| if (value - nearest).abs() <= MEANT * turn { nearest } else { value });
+        }
+        Ok(all)
+    }
+
+    /// The whole turn that is nearest to a value.
+    fn whole(&self, d: usize, turn: f64, value: f64) -> f64 {
+        let start = self.chart.starts()[d];
+        start + ((value - start) / turn).round() * turn
     }
 
     /// Parameters around the surface that do not change along the edge but for rounding, and their values: whole turns where they are that `whole`, but for rounding.
     fn still(&self, whole: bool) -> [Option<f64>; 2] {
-        let (turns, starts, bounds) = (self.chart.turns(), self.chart.starts(), self.bounds());
+        let (turns, bounds) = (self.chart.turns(), self.bounds());
         [0, 1].map(|d: usize| {
             let (turn, [low, high]) = (turns[d]?, bounds[d]);
             let (value, near) = (0.5 * (low + high), MEANT * turn);
-            let nearest = starts[d] + ((value - starts[d]) / turn).round() * turn;
+            let nearest = self.whole(d, turn, value);
             let value = if whole && (value - nearest).abs() <= near { nearest } else { value };
             (high - low <= near).then_some(value)
         })
@@ -138,8 +194,8 @@ impl<'c> Track<'c> {
         slip(self.chart, a, b)
     }
 
-    /// A line at an even pace, where the edge is one.
-    fn line(&self, still: [Option<f64>; 2]) -> Result<Option<Curve>> {
+    /// A line at an even pace, where the edge is one, within a bound.
+    fn line(&self, still: [Option<f64>; 2], bound: f64) -> Result<Option<Curve>> {
         let (Some(first), Some(last)) = (self.known.first(), self.known.last()) else { return Ok(None) };
         let (from, to) = (self.pace.from, self.pace.to);
         let ends = [first.1, last.1].map(|at| self.on_plane(at, still));
@@ -150,11 +206,11 @@ impl<'c> Track<'c> {
         let line = Curve::new(Space::clamped(1, &[from.min(to), from.max(to)])?, vec![start, end])?;
         for &(share, at) in &self.known {
             let slip = self.slip(at_parameter(&line, self.pace.at(share))?, at)?;
-            if slip.is_none_or(|slip| slip > self.bound) {
+            if slip.is_none_or(|slip| slip > bound) {
                 return Ok(None);
             }
         }
-        Ok(if self.holds(&line)? { Some(line) } else { None })
+        Ok(Some(line))
     }
 
     /// Parameters as a point of the plane of them.
@@ -219,31 +275,33 @@ impl<'c> Track<'c> {
         Ok((on_plane, good))
     }
 
-    /// Whether a curve is the edge, between the places through which it was made, too: within its tolerance, or as near as the surface is.
-    fn holds(&self, curve: &Curve) -> Result<bool> {
+    /// By how much a curve is off the edge, between the places through which it was made, too: `None` where that is more than `near` and more than the surface is.
+    fn holds(&self, curve: &Curve, near: f64) -> Result<Option<f64>> {
         let mut shares = self.breaks.clone();
         let (from, to) = (self.pace.from, self.pace.to);
         shares.extend(curve.space().breakpoints().into_iter().map(|t| (t - from) / (to - from)));
         shares.sort_by(f64::total_cmp);
+        let mut most = 0.0_f64;
         for pair in shares.windows(2) {
             for k in 0..=EACH {
                 let share = (pair[0] + (pair[1] - pair[0]) * (k as f64 / EACH as f64)).clamp(0.0, 1.0);
                 let Some(on) = self.chart.point(at_parameter(curve, self.pace.at(share))?)? else {
-                    return Ok(false);
+                    return Ok(None);
                 };
                 let point = self.pace.point(&self.own, share)?;
                 let away = nalgebra::distance(&on, &point);
-                if away <= self.near {
+                most = most.max(away);
+                if away <= near {
                     continue;
                 }
                 // An edge that is off its surface is nowhere nearer: then the nearest place is as good as can be.
                 let foot = self.chart.point(self.at(share)?)?;
                 if foot.is_none_or(|foot| away > AS_GOOD * nalgebra::distance(&foot, &point)) {
-                    return Ok(false);
+                    return Ok(None);
                 }
             }
         }
-        Ok(true)
+        Ok(Some(most))
     }
 }
 

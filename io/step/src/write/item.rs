@@ -216,8 +216,6 @@ pub(crate) fn put(
             let written = p.brep(brep, name)?;
             let faces = written.faces.iter().enumerate();
             let faces = faces.filter_map(|(face, &number)| Some((number, brep.face_color(face)?))).collect();
-            let vertices = brep.tolerances().iter().copied();
-            let edges = (0..brep.edge_count()).filter_map(|edge| Some(brep.edge(edge)?.tolerance));
             Items {
                 colored: written.items.clone(),
                 items: written.items,
@@ -231,7 +229,7 @@ pub(crate) fn put(
                 },
                 form: if written.solid { "solid" } else { "shell" },
                 changes: written.changes,
-                uncertainty: vertices.chain(edges).fold(0.0, f64::max),
+                uncertainty: written.uncertainty,
             }
         }
         Geometry::Custom(custom) => match custom.splines() {
