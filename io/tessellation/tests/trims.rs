@@ -267,3 +267,51 @@ fn the_same_bytes_every_time() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     assert_eq!(one, pool.install(|| cut(&shape, 1e-3)));
 }
+
+/// Numbers in a fixed order, between 0 and 1 (Steele and Vigna's SplitMix64).
+fn numbers(mut seed: u64) -> impl FnMut() -> f64 {
+    move || {
+        seed = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = seed;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// A slanted border in many pieces that are one line, flat along it and with bumps right beside it, as faces have that were edited while their edges stayed:
+/// triangles between corners on one line are no reason to give up, however much the surface bends beside them.
+#[test]
+fn slanted_borders_beside_bumps_are_cut() {
+    let mut number = numbers(7);
+    for case in 0..24 {
+        let (cells, p) = (8 + case % 9, 2 + case % 3);
+        let (left, right) = (0.2 + 0.3 * number(), 0.2 + 0.3 * number());
+        let knots: Vec<f64> = (0..=cells).map(|k| k as f64 / cells as f64).collect();
+        let space = Space::clamped(p, &knots).unwrap();
+        let (flat, count) = (space.flat().to_vec(), space.len());
+        let line = |u: f64| left + (right - left) * u;
+        let greville = |i: usize| flat[i + 1..=i + p].iter().sum::<f64>() / p as f64;
+        let mut net = Vec::new();
+        for i in 0..count {
+            for j in 0..count {
+                let (a, b, low, high) = (flat[i], flat[i + p + 1], flat[j], flat[j + p + 1]);
+                let apart = line(a).max(line(b)) < low || line(a).min(line(b)) > high;
+                let height = if apart { 0.5 * (number() - 0.5) } else { 0.0 };
+                net.push(Point::new(greville(i), greville(j), height));
+            }
+        }
+        let surface = Surface::new(space.clone(), space, net).unwrap();
+        let pieces = 1 + case % 4 * 3;
+        let mut corners = vec![[1.0, 1.0], [0.0, 1.0]];
+        corners.extend((0..=pieces).map(|k| k as f64 / pieces as f64).map(|u| [u, line(u)]));
+        let shape = trimmed(surface.clone(), polygon(&corners), vec![]);
+        for chord in [1e-2, 1e-3] {
+            let found = cut(&shape, chord);
+            if case % 6 == 0 {
+                let (worst, _) = crate::common::deviation(&surface, &found.mesh, found.error);
+                assert!(worst <= chord, "{case}: {worst}");
+            }
+        }
+    }
+}

@@ -21,6 +21,8 @@ const UPRIGHT: f64 = 0.5;
 const FIRST: f64 = 0.8;
 /// How often a triangle is quartered to be certified.
 const DEPTH: u32 = 2;
+/// A triangle is a line where a corner is no farther from the side across it than this part of the tolerance.
+const THIN: f64 = 1e-3;
 /// What runs around a pole by less than this part of the direction is a line to it.
 const AROUND: f64 = 1e-9;
 /// A bound that is this many times too large is not worth to be sharpened.
@@ -324,6 +326,16 @@ fn runs_around(at: [[f64; 2]; 3], (apex, across, end): (usize, usize, usize)) ->
     if end == 1 { runs } else { -runs }
 }
 
+/// How far a corner of a triangle can be from the side across it, in space, where the surface is run over at these speeds at most: of the nearest one.
+fn thickness(at: [[f64; 2]; 3], speeds: [f64; 2]) -> f64 {
+    let way = |k: usize, l: usize| [0, 1].map(|d: usize| (at[l][d] - at[k][d]) * speeds[d]);
+    let sides = [way(0, 1), way(1, 2), way(2, 0)];
+    let longest = sides.iter().map(|[u, v]| u.hypot(*v)).fold(0.0, f64::max);
+    let area = (sides[0][0] * sides[1][1] - sides[0][1] * sides[1][0]).abs();
+    // Both coordinates of the way to the foot count in full.
+    if longest > 0.0 { std::f64::consts::SQRT_2 * area / longest } else { 0.0 }
+}
+
 /// How far a triangle can be from the surface, and what would bring it nearer.
 fn judge(plane: &Plane<'_>, corners: [u32; 3], fixed: [bool; 3], goal: &Goal) -> Judged {
     let carrier = plane.carrier;
@@ -340,6 +352,10 @@ fn judge(plane: &Plane<'_>, corners: [u32; 3], fixed: [bool; 3], goal: &Goal) ->
     let on_pole = poles.iter().flatten().count();
     // What has an edge in a pole is a line: the fans beside it reach over it.
     if on_pole > 1 {
+        return Judged { error: off, far: false, wants: Wants::Nothing };
+    }
+    // Between corners on one line there is nothing but the curves along its sides: what lies across these, or a border as it was cut, says how near they are.
+    if on_pole == 0 && thickness(at, carrier.bounds.speeds(low, high)) <= THIN * goal.chord {
         return Judged { error: off, far: false, wants: Wants::Nothing };
     }
     let centre = [0, 1].map(|d: usize| (at[0][d] + at[1][d] + at[2][d]) / 3.0);
