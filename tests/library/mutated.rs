@@ -245,6 +245,19 @@ fn edges_far_from_their_surfaces_are_told_soon() {
     assert!(begun.elapsed() < LONGEST, "{:?}", begun.elapsed());
 }
 
+/// A weight of 1e308 makes nearly all of a face one point: to write the edges of it in its parameters took an hour, as each place of them was looked for all over the face.
+#[test]
+fn edges_on_faces_that_are_nearly_points_are_written_soon() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/step/dm1-id-214.stp");
+    let bytes = changed(&std::fs::read(path).unwrap(), &mut Numbers(7_025_200));
+    assert!(String::from_utf8_lossy(&bytes).contains("0.500000001e308"));
+    let registry = loftsman::registry();
+    let format = registry.formats().iter().find(|f| f.declaration().name == "step").unwrap();
+    let begun = Instant::now();
+    assert!(survives(format.as_ref(), "dm1-id-214.stp", bytes));
+    assert!(begun.elapsed() < LONGEST, "{:?}", begun.elapsed());
+}
+
 /// Files of which one number was changed so that faces are nowhere near their edges: what cannot be cut is left out with the reason, after a search that
 /// ends. Each took minutes and more.
 #[test]

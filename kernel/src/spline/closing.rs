@@ -23,13 +23,15 @@ impl ParameterSide {
         self.high - self.low
     }
 
-    /// The same place within the domain: less than [`high`](Self::high) where the surface closes; the nearest one where it does not.
+    /// The same place within the domain: less than [`high`](Self::high) where the surface closes; the nearest one where it does not. What is an end, but for the rounding
+    /// of the turns to it, is [`low`](Self::low) to the bit.
     pub fn wrapped(&self, x: f64) -> f64 {
         if !self.closed {
             return x.clamp(self.low, self.high);
         }
+        let rounding = ROUNDING * x.abs().max(self.low.abs()).max(self.high.abs());
         let x = x - self.length() * ((x - self.low) / self.length()).floor();
-        if x >= self.high { self.low } else { x.max(self.low) }
+        if x >= self.high - rounding || x <= self.low + rounding { self.low } else { x }
     }
 
     /// The same place, as near to another one as it can be.
@@ -38,6 +40,8 @@ impl ParameterSide {
     }
 }
 
+/// What one turn more or less makes of a place, as a part of the largest number in it.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Weights of two ends that differ by less than this part are the same.
 const SAME_WEIGHT: f64 = 1e-6;
 
@@ -105,5 +109,33 @@ mod tests {
         assert_eq!([side.unwrapped(1.2, 5.0), side.unwrapped(2.9, 1.0)], [5.2, 0.8999999999999999]);
         let open = ParameterSide { closed: false, ..side };
         assert_eq!((open.wrapped(4.0), open.unwrapped(1.2, 5.0)), (3.0, 1.2));
+    }
+
+    /// Both ends of any domain are its start to the bit, however many turns away; what is inside stays as it is.
+    #[test]
+    fn ends_of_what_closes_are_its_start() {
+        let mut seed = 0x9e37_79b9_u64;
+        let mut number = || {
+            seed = seed.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        // As in a file where it was not so, and faces could not be cut.
+        let mut ends = vec![(-0.035_084_662_984_84, 2.896_637_204_233)];
+        ends.extend((0..2000).map(|k| {
+            let low = (number() - 0.5) * 10.0_f64.powi(k % 13 - 6);
+            (low, low + (number() + 1e-3) * 10.0_f64.powi(k % 7 - 3))
+        }));
+        for (low, high) in ends {
+            let side = ParameterSide { low, high, closed: true, poles: [false; 2] };
+            for turns in -5..6 {
+                let by = f64::from(turns) * side.length();
+                assert_eq!(side.wrapped(low + by), low, "{low} {high} {turns}");
+                assert_eq!(side.wrapped(high + by), low, "{low} {high} {turns}");
+                let x = low + side.length() * (0.001 + 0.998 * number());
+                assert_eq!(side.wrapped(x), x);
+                let near = 1e-12 * (side.length() + by.abs() + low.abs() + high.abs());
+                assert!((side.wrapped(x + by) - x).abs() <= near, "{low} {high} {turns} {x}");
+            }
+        }
     }
 }

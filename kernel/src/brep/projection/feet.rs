@@ -11,6 +11,11 @@ use crate::{Point, Vector};
 const STEPS: usize = 8;
 /// Places at which a file's curve is compared with its edge, for each span of either.
 const MEASURED: usize = 12;
+/// Pieces of the surface that all searches over the whole of it may look at, for one edge: some hundreds are the rule, and where a hundred
+/// thousand do not tell which place is the nearest many are about as near.
+const PIECES: usize = 100_000;
+/// How much nearer another place may be for all that, as a part of the distance, and of what an edge may be off.
+const SLACK: f64 = 1e-7;
 /// Shares of the way from a pole at which parameters are looked at that have no value in the pole itself.
 const NEAR_POLE: f64 = 1e-3;
 
@@ -35,6 +40,8 @@ pub(super) struct Feet<'s> {
     pole_reach: f64,
     /// How far from its point a foot is believed to be the nearest of all: what the edge was found to be off, or its tolerance.
     enough: Cell<f64>,
+    /// Pieces that may still be looked at.
+    left: Cell<usize>,
 }
 
 impl<'s> Feet<'s> {
@@ -51,7 +58,14 @@ impl<'s> Feet<'s> {
                 }
             }
         }
-        Self { surface, sides, poles, pole_reach: 2.0 * enough, enough: Cell::new(2.0 * enough) }
+        Self {
+            surface,
+            sides,
+            poles,
+            pole_reach: 2.0 * enough,
+            enough: Cell::new(2.0 * enough),
+            left: Cell::new(PIECES),
+        }
     }
 
     /// The pole that a point is in.
@@ -105,7 +119,13 @@ impl<'s> Feet<'s> {
         if let Some(best) = best.filter(|(_, distance)| *distance <= self.enough.get()) {
             return Ok(best);
         }
-        let closest = self.surface.closest(point)?;
+        if let Some(best) = best.filter(|_| self.left.get() == 0) {
+            return Ok(best);
+        }
+        let slack = SLACK * self.enough.get();
+        let (closest, looked) =
+            self.surface.nearly_closest_of(point, slack, SLACK, self.left.get().max(1))?;
+        self.left.set(self.left.get().saturating_sub(looked));
         let whole = (unwrapped(closest.at), closest.distance);
         // The edge is as far off as that: nobody needs to search all of the surface for that again.
         let found =

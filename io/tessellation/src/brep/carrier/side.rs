@@ -1,5 +1,7 @@
 //! One direction of a carrier's parameters, and how much searching is left.
 
+use loftsman_kernel::spline::ParameterSide;
+
 /// The most pieces of a surface that are looked at for where one edge is on it, about a second's work. On files of CAD programs a place takes some tens, if
 /// it is not found without; on those with one wrong number in them all places of an edge may be about as far from any number of pieces.
 const SEARCHED: usize = 100_000;
@@ -50,11 +52,8 @@ impl Side {
 
     /// The same place within the domain, where the direction is closed.
     pub(crate) fn wrapped(&self, x: f64) -> f64 {
-        if !self.closed {
-            return x;
-        }
-        let x = x - self.length() * ((x - self.low) / self.length()).floor();
-        if x >= self.high { self.low } else { x.max(self.low) }
+        let &Self { low, high, closed, .. } = self;
+        if closed { ParameterSide { low, high, closed, poles: [false; 2] }.wrapped(x) } else { x }
     }
 
     /// The same place, as near to another as it can be.
