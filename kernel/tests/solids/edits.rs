@@ -9,7 +9,8 @@ use loftsman_kernel::solve::Automatic;
 
 use super::family::{block, cylinder};
 use super::{gaps, size};
-use loftsman_kernel::brep::{CurveForm, Edge, Face, Parts, Shell, Use, Vertex};
+use loftsman_kernel::Point;
+use loftsman_kernel::brep::{CurveForm, Edge, Face, Frame, Parts, Shell, Solid, Use, Vertex};
 use loftsman_kernel::spline::{Direction, Space, Surface};
 
 /// A place in the middle of a face's box of parameters.
@@ -272,4 +273,45 @@ fn places_on_edges_and_corners_move_with_all_faces_there() {
         }
         assert!(done >= 24, "{name}: {done}");
     }
+}
+
+/// A ball and a ring, each one face without edges, stay closed where they may become sharp: their seams and poles do not tear.
+#[test]
+fn whole_surfaces_stay_closed_where_they_may_become_sharp() {
+    let frame = Frame::new(Point::new(0.3, -1.0, 2.0), Vector::new(0.2, 0.1, 1.0), Vector::x()).unwrap();
+    let mut refused = 0;
+    for form in
+        [SurfaceForm::Sphere { frame, radius: 2.0 }, SurfaceForm::Torus { frame, major: 3.0, minor: 1.0 }]
+    {
+        let surface = form.covering(&[]).unwrap();
+        let (u, v) = (surface.u().domain(), surface.v().domain());
+        let face = Face {
+            name: None,
+            color: None,
+            surface: surface.clone(),
+            form,
+            reversed: false,
+            loops: vec![],
+            points: vec![],
+        };
+        let (shells, solids) = (vec![Shell { faces: vec![0] }], vec![Solid::default()]);
+        let brep = Brep::new(Parts { faces: vec![face], shells, solids, ..Parts::default() }).unwrap();
+        for share in
+            [[0.0, 0.5], [0.001, 0.3], [0.37, 0.61], [0.99, 0.02], [0.5, 0.0], [1.0, 1.0], [0.25, 0.5]]
+        {
+            let at = [u.0 + share[0] * (u.1 - u.0), v.0 + share[1] * (v.1 - v.0)];
+            let asked = position(Location::Face(0, at[0], at[1])).by([0.1, -0.2, 0.15]);
+            let free = brep.clone().moving(Moving::new().sharp());
+            let Ok(edited) = Edit::new(&free).smooth(0).ask(asked).solve() else {
+                refused += 1;
+                continue;
+            };
+            let after = edited.shape();
+            assert!(after.is_closed(&[0]), "{share:?}: {}", edited.report());
+            let moved = after.surface(0).unwrap().point(at[0], at[1]).unwrap();
+            let wanted = surface.point(at[0], at[1]).unwrap() + Vector::new(0.1, -0.2, 0.15);
+            assert!((moved - wanted).norm() < 1e-12, "{share:?}: {moved} {wanted}");
+        }
+    }
+    assert_eq!(refused, 0);
 }

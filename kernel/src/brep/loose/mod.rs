@@ -21,6 +21,7 @@ mod follow;
 mod measure;
 mod pair;
 mod room;
+mod seam;
 mod settle;
 mod sheet;
 mod strand;
@@ -249,7 +250,8 @@ impl Brep {
             plans.insert(edge, edge::replace(self, edge, &sheets, &mut parts)?);
         }
         let mut ready = Self::new(parts)?;
-        ready.prepare(&sheets, &ties, &plans, (smooth, stays), self.parts())?;
+        let seams = if moving.sharp { ready.seams(&sheets)? } else { Vec::new() };
+        ready.prepare(&sheets, &ties, &plans, (smooth, stays, seams), self.parts())?;
         Ok(ready)
     }
 
@@ -344,13 +346,20 @@ impl Brep {
         Ok(compared > 0)
     }
 
+    /// What keeps whole surfaces closed that move; where nothing may become sharp it is kept with all else that is smooth.
+    fn seams(&self, sheets: &BTreeMap<usize, Sheet>) -> Result<Vec<Bond>> {
+        let whole = sheets.values().filter(|sheet| sheet.curves.is_empty());
+        let found = whole.map(|sheet| self.seam(sheet)).collect::<Result<Vec<Bond>>>()?;
+        Ok(found.into_iter().filter(|bond| !bond.rows.is_empty()).collect())
+    }
+
     /// Rows and followers of a Brep whose surfaces and edges are those of the edit.
     fn prepare(
         &mut self,
         sheets: &BTreeMap<usize, Sheet>,
         ties: &BTreeMap<usize, Tie>,
         plans: &BTreeMap<usize, edge::Plan>,
-        (smooth, stays): (BTreeSet<usize>, usize),
+        (smooth, stays, seams): (BTreeSet<usize>, usize, Vec<Bond>),
         original: Parts,
     ) -> Result<()> {
         let mut free = vec![false; self.net.len()];
@@ -362,7 +371,7 @@ impl Brep {
             }
         }
         let held: Vec<usize> = (0..self.net.len()).filter(|&k| !free[k]).collect();
-        let (mut bonds, mut between) = (Vec::new(), BTreeSet::new());
+        let (mut bonds, mut between) = (seams, BTreeSet::new());
         for (&edge, &tie) in ties {
             let edges = Edges { sheets, ties, smooth: &smooth, free: &free };
             let rows = pair::rows(self, edge, &edges, tie)?;
