@@ -218,7 +218,13 @@ impl Brep {
             let order = usize::from(smooth.contains(&edge));
             for one in self.uses(edge) {
                 if let Some(sheet) = sheets.get_mut(&one.face) {
-                    sheet.tied.push(Still::Edge { edge, chain: one.chain, number: one.number, order });
+                    sheet.tied.push(Still::Edge {
+                        edge,
+                        chain: one.chain,
+                        number: one.number,
+                        order,
+                        among: true,
+                    });
                 }
             }
         }
@@ -278,7 +284,7 @@ impl Brep {
         for edge in (0..self.edge_count()).filter(|&edge| !self.uses(edge).is_empty() && !moves(edge)) {
             still.extend(self.ends(edge).into_iter().flatten());
         }
-        let mut smooth = BTreeMap::new();
+        let (all, mut smooth) = (sheets.keys().copied().collect::<BTreeSet<_>>(), BTreeMap::new());
         for (&face, sheet) in sheets.iter_mut() {
             for (chain, uses) in self.loops(face).iter().enumerate() {
                 for (number, one) in uses.iter().enumerate() {
@@ -294,7 +300,8 @@ impl Brep {
                             smooth.insert(one.edge, meets);
                             usize::from(meets)
                         };
-                        sheet.still.push(Still::Edge { edge: one.edge, chain, number, order });
+                        let among = self.uses(one.edge).iter().all(|place| all.contains(&place.face));
+                        sheet.still.push(Still::Edge { edge: one.edge, chain, number, order, among });
                         continue;
                     }
                     let Some(ends) = self.ends(one.edge) else { continue };
@@ -344,13 +351,6 @@ impl Brep {
             }
         }
         Ok(compared > 0)
-    }
-
-    /// What keeps whole surfaces closed that move; where nothing may become sharp it is kept with all else that is smooth.
-    fn seams(&self, sheets: &BTreeMap<usize, Sheet>) -> Result<Vec<Bond>> {
-        let whole = sheets.values().filter(|sheet| sheet.curves.is_empty());
-        let found = whole.map(|sheet| self.seam(sheet)).collect::<Result<Vec<Bond>>>()?;
-        Ok(found.into_iter().filter(|bond| !bond.rows.is_empty()).collect())
     }
 
     /// Rows and followers of a Brep whose surfaces and edges are those of the edit.

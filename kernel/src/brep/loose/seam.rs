@@ -1,5 +1,7 @@
 //! A face without loops, whose whole surface closes: what keeps it closed where its seam may become a crease.
 
+use std::collections::BTreeMap;
+
 use super::super::Brep;
 use super::sheet::Sheet;
 use crate::error::Result;
@@ -10,9 +12,16 @@ use crate::spline::Direction;
 const CLOSED: f64 = 1e-7;
 
 impl Brep {
+    /// What keeps whole surfaces closed that move; where nothing may become sharp it is kept with all else that is smooth.
+    pub(super) fn seams(&self, sheets: &BTreeMap<usize, Sheet>) -> Result<Vec<Bond>> {
+        let whole = sheets.values().filter(|sheet| sheet.curves.is_empty());
+        let found = whole.map(|sheet| self.seam(sheet)).collect::<Result<Vec<Bond>>>()?;
+        Ok(found.into_iter().filter(|bond| !bond.rows.is_empty()).collect())
+    }
+
     /// The rows that keep both ends of a surface together where it closes without being periodic, and each pole one point: `P_i - P_j = 0` for pairs of control
     /// vertices, none of which the others imply.
-    pub(super) fn seam(&self, sheet: &Sheet) -> Result<Bond> {
+    fn seam(&self, sheet: &Sheet) -> Result<Bond> {
         let mut bond = Bond { name: format!("the seam of face {}", sheet.face), rows: Vec::new() };
         let Some(product) = self.product(sheet.face) else { return Ok(bond) };
         let points = sheet.surface.points();

@@ -42,8 +42,8 @@ pub(super) struct Sheet {
 /// What of a face stands still.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Still {
-    /// An edge in a loop, and derivatives across it up to this order.
-    Edge { edge: usize, chain: usize, number: usize, order: usize },
+    /// An edge in a loop, and derivatives across it up to this order; `among` faces that all move it stays since it is a line of parameters of none.
+    Edge { edge: usize, chain: usize, number: usize, order: usize, among: bool },
     /// A place where a vertex is that stands still.
     Vertex { vertex: usize, at: [f64; 2] },
 }
@@ -277,14 +277,22 @@ impl Sheet {
     /// What keeps a place where it is.
     fn too_near(&self, [u, v]: [f64; 2]) -> Result<Error> {
         let row = self.surface.product().stencil((u, v), crate::shape::Derivative::POSITION, None)?;
-        let mut by = "what stands still".to_owned();
+        let further = "choose a place further inside";
+        let (mut by, mut remedy) = (
+            "what stands still".to_owned(),
+            format!("let the neighbours move too (\"neighbours\": 1), or {further}"),
+        );
         for still in &self.still {
             let held = self.held_by(still)?;
             if row.vertices().iter().any(|vertex| held.contains(vertex)) {
                 by = match still {
-                    Still::Edge { edge, .. } => {
-                        format!("edge {edge}, which stays where it is")
+                    Still::Edge { edge, among: true, .. } => {
+                        further.clone_into(&mut remedy);
+                        format!(
+                            "edge {edge}, which stays where it is though its faces move, as it is a line of constant parameters of none of them"
+                        )
                     }
+                    Still::Edge { edge, .. } => format!("edge {edge}, which stays where it is"),
                     Still::Vertex { vertex, .. } => {
                         format!(
                             "vertex {vertex}, which stays where it is since a face does that meets it there"
@@ -294,11 +302,7 @@ impl Sheet {
                 break;
             }
         }
-        Ok(Error::Invalid(format!(
-            "[{u}, {v}] of face {} is on, or too near to, {by}: let the neighbours move too (\"neighbours\": 1), or choose a place \
-             further inside",
-            self.face
-        )))
+        Ok(Error::Invalid(format!("[{u}, {v}] of face {} is on, or too near to, {by}: {remedy}", self.face)))
     }
 
     /// The spans around a parameter halved.
