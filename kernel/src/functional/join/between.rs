@@ -1,6 +1,6 @@
 //! A join of whole edges looked at between the places where it was imposed.
 
-use super::conditions::nodes;
+use super::places::nodes;
 use crate::error::Result;
 use crate::functional::{Accuracy, Functional, Linearity, Rows, Shapes};
 use crate::shape::{Derivative, Location, Shape, Stencil};
