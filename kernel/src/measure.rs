@@ -8,7 +8,9 @@ use smallvec::SmallVec;
 
 use crate::Point;
 use crate::error::Result;
-use crate::functional::{Equation, Functional, Linearity, Shapes, Store, rows_of, value_of};
+use crate::functional::{
+    Equation, Functional, Linearity, Shapes, Store, linearize_of, rows_of, usable, value_of,
+};
 use crate::solve::Sense;
 
 /// Linear equations hold to so many units in the last place of the numbers that they are made of. Sums of a few dozen terms
@@ -142,10 +144,17 @@ fn equations(
 ) -> Result<(f64, Error)> {
     let count = functional.equations();
     let mut value: SmallVec<[f64; 3]> = SmallVec::from_elem(0.0, count);
-    value_of(functional, shapes, &mut value)?;
     store.clear();
-    rows_of(functional, shapes, &mut store.rows(shapes))?;
-    let unit = if functional.linearity() == Linearity::Linear { ROUNDING } else { ITERATED };
+    let linear = functional.linearity() == Linearity::Linear;
+    if linear {
+        // Of a linear one both are made of the same.
+        linearize_of(functional, shapes, &mut store.rows(shapes), &mut value)?;
+        usable(functional, store, 0)?;
+    } else {
+        value_of(functional, shapes, &mut value)?;
+        rows_of(functional, shapes, &mut store.rows(shapes))?;
+    }
+    let unit = if linear { ROUNDING } else { ITERATED };
     let own = functional.accuracy().tolerance();
     let size = |v: usize| shapes.vertex(v).coords.amax().min(PROPORTION * reach).max(reach);
     let (mut largest, mut worst) = (0.0_f64, Error::default());

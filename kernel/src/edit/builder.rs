@@ -3,15 +3,18 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
+use smallvec::smallvec;
+
 use super::locality::{Intervals, influence, localise_beside, most_influential};
 use super::session::{Edited, Session};
 use crate::energy::Energy;
 use crate::error::{Error, Result};
 use crate::functional::{Functional, Shapes, vertex};
 use crate::problem::conflict::quoted;
+use crate::problem::known::Known;
 use crate::problem::smooth::frozen;
 use crate::problem::{
-    Ask, Asked, Constraint, EditError, Freedom, Measured, Metric, Problem, Smoothing, Unknowns, Wanted,
+    Ask, Asked, Boxes, Constraint, EditError, Freedom, Measured, Metric, Problem, Smoothing, Unknowns, Wanted,
 };
 use crate::shape::{Location, Shape, vertex_index};
 use crate::solve::{Automatic, Solver};
@@ -19,7 +22,7 @@ use crate::solve::{Automatic, Solver};
 /// Says an edit: what is asked of a shape (and perhaps others with it), what may move and what "least" means.
 #[derive(Debug)]
 pub struct Edit<S> {
-    shapes: Vec<Box<dyn Shape>>,
+    shapes: Boxes,
     constraints: Vec<Constraint>,
     handle: Option<Arc<dyn Functional>>,
     sliding: bool,
@@ -32,7 +35,7 @@ pub struct Edit<S> {
     locality: Option<usize>,
     window: Option<(f64, f64)>,
     metric: Metric,
-    unknowns: Option<Unknowns>,
+    unknowns: Option<Box<Unknowns>>,
     minimised: bool,
     smooth: u8,
     everywhere: bool,
@@ -51,7 +54,7 @@ impl<S: Shape> Edit<S> {
     /// An edit of a shape that is given away, so that nothing is copied.
     pub fn of(shape: S) -> Self {
         Self {
-            shapes: vec![shape.into_box()],
+            shapes: smallvec![shape.into_box()],
             constraints: Vec::new(),
             handle: None,
             sliding: false,
@@ -138,7 +141,7 @@ impl<S: Shape> Edit<S> {
     /// Vertices that are [locked](Self::lock) stay by equations of their own then.
     #[must_use]
     pub fn through(mut self, unknowns: Unknowns) -> Self {
-        self.unknowns = Some(unknowns);
+        self.unknowns = Some(Box::new(unknowns));
         self
     }
 
@@ -254,7 +257,7 @@ impl<S: Shape> Edit<S> {
     /// # Errors
     /// When something cannot be asked of the shapes.
     pub fn problem(mut self) -> Result<Problem, EditError> {
-        let (mut problem, ..) = Problem::new(self.asked()?)?;
+        let (mut problem, _) = Problem::new(self.asked()?, &mut Known::default())?;
         problem.renew_smoothness()?;
         if self.minimised {
             problem.start_at_minimum()?;

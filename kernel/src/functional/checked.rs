@@ -1,7 +1,7 @@
 //! What functionals hand over, checked on arrival: a functional of another's making may name a control vertex that is not
 //! there, count its equations wrong or write nothing, and must be told so by name.
 
-use super::{Functional, Rows, Shapes};
+use super::{Functional, Rows, Shapes, Store};
 use crate::error::{Error, Result};
 use crate::text::counted;
 
@@ -19,6 +19,14 @@ pub fn rows_of(functional: &dyn Functional, shapes: &Shapes<'_>, rows: &mut Rows
     let first = rows.begin();
     functional.rows(shapes, rows)?;
     arrived(functional, rows, first)?;
+    usable(functional, rows.store(), first)
+}
+
+/// Whether a functional's rows, from block `first` on, have finite coefficients and constants.
+///
+/// # Errors
+/// Where they have not, naming the functional and its type.
+pub(crate) fn usable(functional: &dyn Functional, rows: &Store, first: usize) -> Result<()> {
     rows.unusable(first).map_or(Ok(()), |what| Err(wrong(functional, &what)))
 }
 

@@ -52,6 +52,14 @@ impl Functional for DerivativeAt {
         Ok(())
     }
 
+    fn linearize(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>, value: &mut [f64]) -> Result<()> {
+        rows.linearize_alike(
+            self.on.shape,
+            &shapes.stencil(self.on.shape, self.at.location, self.order)?,
+            value,
+        )
+    }
+
     fn describe(&self) -> String {
         let Self { on, at, order } = self;
         match at.location {

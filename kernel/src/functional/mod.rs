@@ -28,7 +28,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 pub use at::{At, near};
-pub(crate) use checked::equations_of;
+pub(crate) use checked::{equations_of, usable};
 pub use checked::{linearize_of, rows_of, value_of};
 pub use curvature::{Curvature, curvature};
 pub use derivative::{DerivativeAt, derivative};

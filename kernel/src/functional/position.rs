@@ -48,6 +48,14 @@ impl Functional for Position {
         Ok(())
     }
 
+    fn linearize(&self, shapes: &Shapes<'_>, rows: &mut Rows<'_>, value: &mut [f64]) -> Result<()> {
+        rows.linearize_alike(
+            self.on.shape,
+            &shapes.stencil(self.on.shape, self.at.location, Derivative::POSITION)?,
+            value,
+        )
+    }
+
     fn describe(&self) -> String {
         format!("position {}{}", self.at, self.on)
     }

@@ -6,6 +6,7 @@ use smallvec::SmallVec;
 
 use super::shapes::Shapes;
 use crate::Vector;
+use crate::error::Result;
 use crate::shape::Stencil;
 use crate::text::counted;
 
@@ -72,15 +73,15 @@ impl std::fmt::Debug for Rooms {
 #[derive(Debug)]
 pub struct Rows<'a> {
     store: &'a mut Store,
-    offsets: SmallVec<[usize; 5]>,
+    shapes: &'a Shapes<'a>,
     /// The first block of the functional whose turn it is: it may not touch those before.
     floor: usize,
 }
 
 impl Store {
     /// Where a functional of these shapes puts its rows; they come after those that are here already.
-    pub fn rows(&mut self, shapes: &Shapes<'_>) -> Rows<'_> {
-        Rows { store: self, offsets: (0..=shapes.len()).map(|i| shapes.offset(i)).collect(), floor: 0 }
+    pub fn rows<'a>(&'a mut self, shapes: &'a Shapes<'_>) -> Rows<'a> {
+        Rows { store: self, shapes, floor: 0 }
     }
 
     /// Forgets all blocks; the room for them stays.
@@ -118,6 +119,13 @@ impl Store {
         self.heads.len()
     }
 
+    /// Makes room for so many blocks of equations alike, as large as those of a cubic.
+    pub(crate) fn reserve(&mut self, blocks: usize) {
+        self.heads.reserve(blocks);
+        self.vertices.reserve(4 * blocks);
+        self.coefficients.reserve(4 * blocks);
+    }
+
     /// Block `i`.
     pub(crate) fn block(&self, i: usize) -> Equation<'_> {
         let end = |get: fn(&Head) -> usize| self.heads.get(i + 1).map(get);
@@ -145,6 +153,35 @@ impl Store {
                 }
             }
         }
+    }
+
+    /// The first coefficient or constant from block `first` on that is not finite, told.
+    pub(super) fn unusable(&self, first: usize) -> Option<String> {
+        let tell = |vertex: Option<&usize>, what: &dyn std::fmt::Debug| match vertex {
+            Some(vertex) => format!(
+                "has {what:?} for the coefficient of control vertex {vertex}: coefficients must be finite (are the shape's \
+                 numbers too large to compute with?)"
+            ),
+            None => format!("has the constant {what:?}: constants must be finite"),
+        };
+        (first..self.blocks()).find_map(|i| match self.block(i) {
+            Equation::Alike { vertices, coefficients, constant } => {
+                // Zero times what is not finite is NaN, which stays in a sum.
+                let sum = coefficients.iter().chain(&constant).fold(0.0, |sum, c| sum + c * 0.0);
+                if sum == 0.0 {
+                    return None;
+                }
+                let bad = coefficients.iter().position(|c| !c.is_finite());
+                bad.map(|k| tell(vertices.get(k), &coefficients[k])).or_else(|| {
+                    constant.iter().any(|c| !c.is_finite()).then(|| tell(None, &constant.as_slice()))
+                })
+            }
+            Equation::Coupled { vertices, vectors, constant } => {
+                let bad = vectors.iter().position(|v| !v.iter().all(|c| c.is_finite()));
+                bad.map(|k| tell(vertices.get(k), &vectors[k].as_slice()))
+                    .or_else(|| (!constant.is_finite()).then(|| tell(None, &constant)))
+            }
+        })
     }
 
     /// Rows times vertices plus constants, into `out`; what does not fit is left.
@@ -181,14 +218,13 @@ impl Rows<'_> {
     /// Appends three equations (x, y, z) that share the stencil of shape `shape`.
     pub fn alike(&mut self, shape: usize, stencil: &Stencil) {
         self.open_alike();
-        let bounds = (self.offsets.get(shape), self.offsets.get(shape.wrapping_add(1)));
-        if let ((Some(&start), Some(&end)), Some(&last)) = (bounds, stencil.vertices().last())
-            && last < end - start
+        if let (Some(own), Some(&last)) = (self.shapes.range(shape), stencil.vertices().last())
+            && last < own.len()
         {
             // Vertices ascend: all are there.
             let first = self.store.vertices.len();
             self.store.vertices.extend_from_slice(stencil.vertices());
-            self.store.vertices[first..].iter_mut().for_each(|vertex| *vertex += start);
+            self.store.vertices[first..].iter_mut().for_each(|vertex| *vertex += own.start);
             self.store.coefficients.extend_from_slice(stencil.coefficients());
             return;
         }
@@ -197,6 +233,18 @@ impl Rows<'_> {
             self.store.vertices.push(global);
             self.store.coefficients.push(coefficient);
         }
+    }
+
+    /// The same with the value of the stencil, three numbers.
+    pub(super) fn linearize_alike(
+        &mut self,
+        shape: usize,
+        stencil: &Stencil,
+        value: &mut [f64],
+    ) -> Result<()> {
+        self.alike(shape, stencil);
+        value.copy_from_slice(stencil.apply(self.shapes.get(shape)?.control_vertices()).as_slice());
+        Ok(())
     }
 
     /// Appends three equations for the difference of two stencils: `first - second`.
@@ -290,11 +338,9 @@ impl Rows<'_> {
         self.store.rooms.0.push(scratch);
     }
 
-    /// Makes room for so many blocks of equations alike, as large as those of a cubic.
-    pub(crate) fn reserve(&mut self, blocks: usize) {
-        self.store.heads.reserve(blocks);
-        self.store.vertices.reserve(4 * blocks);
-        self.store.coefficients.reserve(4 * blocks);
+    /// All that was put here, by whomever.
+    pub(super) fn store(&self) -> &Store {
+        self.store
     }
 
     /// The number of blocks so far.
@@ -319,35 +365,6 @@ impl Rows<'_> {
         self.store.equations_from(first)
     }
 
-    /// The first coefficient or constant from block `first` on that is not finite, told.
-    pub(super) fn unusable(&self, first: usize) -> Option<String> {
-        let tell = |vertex: Option<&usize>, what: &dyn std::fmt::Debug| match vertex {
-            Some(vertex) => format!(
-                "has {what:?} for the coefficient of control vertex {vertex}: coefficients must be finite (are the shape's \
-                 numbers too large to compute with?)"
-            ),
-            None => format!("has the constant {what:?}: constants must be finite"),
-        };
-        (first..self.blocks()).find_map(|i| match self.store.block(i) {
-            Equation::Alike { vertices, coefficients, constant } => {
-                // Zero times what is not finite is NaN, which stays in a sum.
-                let sum = coefficients.iter().chain(&constant).fold(0.0, |sum, c| sum + c * 0.0);
-                if sum == 0.0 {
-                    return None;
-                }
-                let bad = coefficients.iter().position(|c| !c.is_finite());
-                bad.map(|k| tell(vertices.get(k), &coefficients[k])).or_else(|| {
-                    constant.iter().any(|c| !c.is_finite()).then(|| tell(None, &constant.as_slice()))
-                })
-            }
-            Equation::Coupled { vertices, vectors, constant } => {
-                let bad = vectors.iter().position(|v| !v.iter().all(|c| c.is_finite()));
-                bad.map(|k| tell(vertices.get(k), &vectors[k].as_slice()))
-                    .or_else(|| (!constant.is_finite()).then(|| tell(None, &constant)))
-            }
-        })
-    }
-
     fn open_alike(&mut self) {
         let (start, first) = (self.store.vertices.len(), self.store.coefficients.len());
         self.store.heads.push(Head::Alike { start, first, constant: Vector::zeros() });
@@ -363,10 +380,10 @@ impl Rows<'_> {
 
     /// The number of a control vertex, counted through all shapes; [`NOWHERE`] where there is none, which is remembered.
     fn global(&mut self, shape: usize, vertex: usize) -> usize {
-        match (self.offsets.get(shape), self.offsets.get(shape.wrapping_add(1))) {
-            (Some(&start), Some(&end)) if vertex < end - start => start + vertex,
-            (Some(&start), Some(&end)) => {
-                let count = end - start;
+        match self.shapes.range(shape) {
+            Some(own) if vertex < own.len() => own.start + vertex,
+            Some(own) => {
+                let count = own.len();
                 self.lost(|| {
                     let named = if vertex == NOWHERE { String::new() } else { format!(" {vertex}") };
                     format!(
@@ -375,8 +392,8 @@ impl Rows<'_> {
                 });
                 NOWHERE
             }
-            _ => {
-                let count = self.offsets.len() - 1;
+            None => {
+                let count = self.shapes.len();
                 self.lost(|| {
                     format!("names shape {shape}, but there are {count} in the problem, numbered from 0")
                 });

@@ -1,5 +1,7 @@
 //! The shapes of a problem, with their control vertices numbered through.
 
+use std::ops::Range;
+
 use crate::error::{Error, Result};
 use crate::shape::{Derivative, Location, Shape, Sides, Stencil};
 use crate::{Point, Vector};
@@ -22,8 +24,7 @@ const FEW: usize = 4;
 impl<'a> Shapes<'a> {
     /// These shapes, in this order.
     pub fn new(shapes: impl IntoIterator<Item = &'a dyn Shape>) -> Self {
-        let mut all =
-            Self { count: 0, few: [None; FEW], starts: [0; FEW + 1], many: Vec::new(), offsets: Vec::new() };
+        let mut all = Self::none();
         let mut total = 0;
         for shape in shapes {
             if all.count == FEW {
@@ -43,6 +44,10 @@ impl<'a> Shapes<'a> {
         all
     }
 
+    fn none() -> Self {
+        Self { count: 0, few: [None; FEW], starts: [0; FEW + 1], many: Vec::new(), offsets: Vec::new() }
+    }
+
     /// Where each shape's vertices start, and the number of all.
     fn offsets(&self) -> &[usize] {
         if self.count <= FEW { &self.starts[..=self.count] } else { &self.offsets }
@@ -54,7 +59,9 @@ impl<'a> Shapes<'a> {
 
     /// One shape.
     pub fn one(shape: &'a dyn Shape) -> Self {
-        Self::new([shape])
+        let (mut all, count) = (Self::none(), shape.control_vertices().len());
+        (all.count, all.few[0], all.starts[1]) = (1, Some(shape), count);
+        all
     }
 
     /// How many shapes there are.
@@ -118,6 +125,11 @@ impl<'a> Shapes<'a> {
     /// Where the control vertices of shape `index` start; for `index = len()`, their total number.
     pub fn offset(&self, index: usize) -> usize {
         self.offsets()[index.min(self.count)]
+    }
+
+    /// The numbers of the control vertices of shape `index`; `None` where there is no such shape.
+    pub(crate) fn range(&self, index: usize) -> Option<Range<usize>> {
+        (index < self.count).then(|| self.offset(index)..self.offset(index + 1))
     }
 
     /// All control vertices of all shapes: their number.

@@ -10,6 +10,7 @@ use crate::solve::{Sense, SparseRows, System};
 
 use super::Freedom;
 use super::constraint::Constraint;
+use super::known::Linear;
 use super::metric::Metric;
 
 /// Where one scalar equation of a constraint is in the system, and how large the numbers in it are.
@@ -115,26 +116,28 @@ impl Assembly {
         freedom: &Freedom,
         metric: &Metric,
     ) -> Result<Self> {
-        Self::beside(shapes, constraints.iter().copied(), freedom, metric, &|_| false, true)
+        let constraints = constraints.iter().copied();
+        Self::beside(shapes, constraints, &mut Linear::default(), (freedom, metric), &|_| false, true)
     }
 
     /// The same without the rows of the constraints that are on the `border`: they have no slots, but the vertices that
-    /// they touch are among those that move. `may_be_alike`: x, y and z may share their rows, where they can.
+    /// they touch are among those that move. Of the first constraints, none of them on the border, the rows may be `known`;
+    /// those of the others are from now on.
+    /// `may_be_alike`: x, y and z may share their rows, where they can.
     pub(crate) fn beside<'c>(
         shapes: &Shapes<'_>,
         constraints: impl ExactSizeIterator<Item = &'c Constraint> + Clone,
-        freedom: &Freedom,
-        metric: &Metric,
+        known: &mut Linear,
+        (freedom, metric): (&Freedom, &Metric),
         border: &dyn Fn(usize) -> bool,
         may_be_alike: bool,
     ) -> Result<Self> {
-        let (mut store, mut aside) = (Store::default(), Store::default());
-        let mut blocks: SmallVec<[usize; 4]> = SmallVec::with_capacity(constraints.len() + 1);
-        blocks.push(0);
-        {
+        let first = known.constraints();
+        known.reserve(constraints.len());
+        let (Linear { store, blocks }, mut aside) = (known, Store::default());
+        if first < constraints.len() {
             let (mut rows, mut bordering) = (store.rows(shapes), aside.rows(shapes));
-            rows.reserve(constraints.len());
-            for (k, constraint) in constraints.clone().enumerate() {
+            for (k, constraint) in constraints.clone().enumerate().skip(first) {
                 let into = if border(k) { &mut bordering } else { &mut rows };
                 rows_of(constraint.functional.as_ref(), shapes, into)?;
                 blocks.push(rows.blocks());
@@ -230,6 +233,10 @@ impl Assembly {
 
 /// The vertices that rows touch and that may move, ascending.
 fn touched(rows: &[usize], aside: &[usize], freedom: &Freedom) -> Vec<usize> {
+    let alone = aside.is_empty() && freedom.reached.is_empty();
+    if alone && freedom.is_all() && rows.is_sorted_by(|a, b| a < b) {
+        return rows.to_vec();
+    }
     // Rows that come along a curve touch mostly what the last ones touched, or what comes behind: only where they do not, all
     // are sorted.
     const RECENT: usize = 8;

@@ -2,6 +2,7 @@
 
 use super::assembly::Assembly;
 use super::constraint::{Axis, Constraint, Value, Wanted};
+use super::known::Known;
 use super::{ConstraintId, EditError, Numbers};
 use crate::error::{Error, Result};
 use crate::functional::{Curvature, Functional, Linearity, Shapes, equations_of, value_of};
@@ -149,12 +150,12 @@ fn instead_of_bounds(functional: &dyn Functional) -> &'static str {
     }
 }
 
-/// A constraint with its target; its present value goes behind those `known`.
+/// A constraint with its target; what is found of it where the shapes are goes behind what is `known` of others.
 pub(crate) fn bind(
     shapes: &Shapes<'_>,
     mut constraint: Constraint,
     id: ConstraintId,
-    known: &mut Numbers,
+    known: &mut Known,
 ) -> Result<BoundConstraint, EditError> {
     if let Some(bound) = constraint.functional.bind(shapes)? {
         constraint.functional = bound;
@@ -185,11 +186,7 @@ pub(crate) fn bind(
     if count == 0 && constraint.functional.linearity() != Linearity::Linear {
         return Err(wrong(" has no equations, so that it asks nothing; leave it out"));
     }
-    let first = known.len();
-    known.resize(first + count, 0.0);
-    let present = &mut known[first..];
-    value_of(constraint.functional.as_ref(), shapes, present)?;
-    let present = &*present;
+    let present = known.ask(constraint.functional.as_ref(), shapes, count)?;
     if let Some(bad) = present.iter().find(|v| !v.is_finite()) {
         return Err(wrong(&format!(
             ": its value is {bad}; the numbers of the shape, or of what is asked, are too large to compute with"
@@ -239,6 +236,7 @@ pub(crate) fn bind(
         return Err(wrong(&format!(": its value would be {bad}; ask for less")));
     }
     constraint.functional.check_target(present, &target)?;
+    known.check(constraint.functional.as_ref())?;
     Ok(BoundConstraint { id, constraint, target })
 }
 

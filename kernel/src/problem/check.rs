@@ -219,15 +219,15 @@ impl Check {
     }
 
     /// Remembers how long the adjustments are that events are made of: so an event need not measure a length that is
-    /// bounded by theirs. `rows`: those of the handle.
+    /// bounded by theirs. `still`: without the handle, where that is any. `rows`: those of the handle.
     pub(crate) fn of_events(
         &mut self,
         sides: usize,
-        still: &[f64],
+        still: Option<&[f64]>,
         response: &[Response],
         rows: impl Iterator<Item = usize>,
     ) {
-        self.still = self.measure.length(still, sides);
+        self.still = still.map_or(0.0, |still| self.measure.length(still, sides));
         // A response is that of one coordinate: a column of one side.
         self.response = response.iter().map(|r| self.measure.length(r, 1)).collect();
         self.proportionate = match self.measure.cost(&self.cost) {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::assembly::Parameter;
+use super::known::Linear;
 use super::{Assembly, Problem, view};
 use crate::error::{Error, Figure, Result};
 use crate::shape::Derivative;
@@ -29,8 +30,14 @@ impl Problem {
         }
         let shapes = view(&self.shapes);
         let constraints = self.bound.iter().map(|bound| &bound.constraint);
-        let mut assembly =
-            Assembly::beside(&shapes, constraints, &self.freedom, &self.metric, &|_| false, false)?;
+        let mut assembly = Assembly::beside(
+            &shapes,
+            constraints,
+            &mut Linear::default(),
+            (&self.freedom, &self.metric),
+            &|_| false,
+            false,
+        )?;
         let mut parameters = Vec::new();
         // Of each parameter: its entry in each row.
         let mut columns: Vec<Vec<(usize, f64)>> = Vec::new();

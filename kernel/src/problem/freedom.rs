@@ -17,13 +17,18 @@ pub(crate) struct Freedom {
     /// Vertices that belong to the problem though nothing touches them where the shapes are: something did elsewhere.
     pub(crate) reached: Vec<usize>,
     /// The unknowns, where they are not the vertices.
-    pub(crate) unknowns: Option<Unknowns>,
+    pub(crate) unknowns: Option<Box<Unknowns>>,
 }
 
 impl Freedom {
     pub(crate) fn may_move(&self, vertex: usize) -> bool {
         self.locked.binary_search(&vertex).is_err()
             && self.only.as_ref().is_none_or(|only| only.binary_search(&vertex).is_ok())
+    }
+
+    /// Whether every vertex may move.
+    pub(crate) fn is_all(&self) -> bool {
+        self.locked.is_empty() && self.only.is_none()
     }
 
     /// The vertices that move where these do, ascending: those that the metric takes along, or all that unknowns move.
@@ -51,7 +56,7 @@ impl Freedom {
 
     /// Whether x, y and z can be solved for side by side.
     pub(crate) fn is_alike(&self) -> bool {
-        self.unknowns.as_ref().is_none_or(Unknowns::is_alike)
+        self.unknowns.as_ref().is_none_or(|unknowns| unknowns.is_alike())
     }
 
     /// The metric over the vertices that move.

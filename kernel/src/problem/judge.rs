@@ -1,5 +1,7 @@
 //! What is asked, measured on an answer and told.
 
+use smallvec::SmallVec;
+
 use super::bound::right_hand_side;
 use super::check::missed_by;
 use super::conflict::quoted;
@@ -10,6 +12,9 @@ use crate::functional::{Shapes, Store, Told};
 use crate::measure::{Measured, measure_in};
 use crate::problem::ConstraintReport;
 use crate::solve::SolveError;
+
+/// What was found of each constraint.
+pub(crate) type AllMeasured = SmallVec<[Result<Measured>; 1]>;
 
 impl Problem {
     /// Wanted minus present values of an assembly's equations, for other control vertices of the same shapes: entry
@@ -37,7 +42,7 @@ impl Problem {
     }
 
     /// What each constraint misses on shapes of the same kinds; `reach` as in [`measure`].
-    pub(crate) fn measured(&self, shapes: &Shapes<'_>, reach: f64) -> Vec<Result<Measured>> {
+    pub(crate) fn measured(&self, shapes: &Shapes<'_>, reach: f64) -> AllMeasured {
         let mut store = Store::default();
         let each = self.bound.iter().map(|bound| {
             let constraint = &bound.constraint;

@@ -34,6 +34,7 @@ mod floating;
 mod freedom;
 pub(crate) mod judge;
 mod knots;
+pub(crate) mod known;
 pub(crate) mod metric;
 mod minimum;
 mod name;
@@ -53,6 +54,7 @@ use self::bound::{BoundConstraint, add_companions, bind};
 pub use self::constraint::{Ask, Axis, AxisOf, Constraint, Value, Wanted};
 pub use self::error::EditError;
 pub(crate) use self::freedom::Freedom;
+use self::known::{Known, Linear};
 pub use self::metric::{Measured, Metric};
 pub use self::name::Name;
 pub(crate) use self::report::angle;
@@ -79,7 +81,7 @@ impl ConstraintId {
 /// Shapes and what is asked of them, bound to numbers where the shapes are now. Made by [`Edit::problem`](crate::edit::Edit::problem).
 #[derive(Debug)]
 pub struct Problem {
-    pub(crate) shapes: Vec<Box<dyn Shape>>,
+    pub(crate) shapes: Boxes,
     pub(crate) bound: Vec<BoundConstraint>,
     pub(crate) freedom: Freedom,
     pub(crate) metric: Metric,
@@ -95,14 +97,20 @@ pub struct Problem {
 /// The numbers of a vector, or of a row for x, y and z: kept in place.
 pub(crate) type Numbers = SmallVec<[f64; 3]>;
 
+/// The shapes of a problem in their boxes: mostly there is one.
+pub(crate) type Boxes = SmallVec<[Box<dyn Shape>; 1]>;
+
 /// The shapes in their boxes, as functionals see them.
 pub(crate) fn view(shapes: &[Box<dyn Shape>]) -> Shapes<'_> {
-    Shapes::new(shapes.iter().map(AsRef::as_ref))
+    match shapes {
+        [one] => Shapes::one(one.as_ref()),
+        _ => Shapes::new(shapes.iter().map(AsRef::as_ref)),
+    }
 }
 
 /// What a problem is made of before anything is bound.
 pub(crate) struct Asked {
-    pub(crate) shapes: Vec<Box<dyn Shape>>,
+    pub(crate) shapes: Boxes,
     pub(crate) constraints: Vec<Constraint>,
     /// What will be dragged: bound behind the constraints.
     pub(crate) handle: Option<Arc<dyn Functional>>,
@@ -114,11 +122,11 @@ pub(crate) struct Asked {
 }
 
 impl Problem {
-    /// The problem, the number of the constraint that is the handle, and the present values of all, one behind the other.
+    /// The problem and the number of the constraint that is the handle; what is found of all of them goes to what is `known`.
     ///
     /// # Errors
     /// When something cannot be asked of these shapes.
-    pub(crate) fn new(asked: Asked) -> Result<(Self, Option<usize>, Numbers), EditError> {
+    pub(crate) fn new(asked: Asked, known: &mut Known) -> Result<(Self, Option<usize>), EditError> {
         let Asked {
             mut shapes,
             mut constraints,
@@ -135,24 +143,25 @@ impl Problem {
         add_companions(&mut constraints, handle.as_mut(), &[], None);
         let dragged = handle.as_ref().map(|_| constraints.len());
         let count = constraints.len() + usize::from(handle.is_some());
-        let (mut bound, mut present) = (Vec::with_capacity(count), Numbers::with_capacity(3 * count));
+        let mut bound = Vec::with_capacity(count);
+        known.reserve(count);
         let all = constraints.into_iter().chain(handle.map(|handle| Constraint::new(handle, Wanted::Keep)));
         {
             let shapes = view(&shapes);
             for (id, constraint) in all.enumerate() {
-                bound.push(bind(&shapes, constraint, ConstraintId(id as u64), &mut present)?);
+                bound.push(bind(&shapes, constraint, ConstraintId(id as u64), known)?);
             }
         }
         let next_id = bound.len() as u64;
         let taken = Vec::new();
         let problem = Self { shapes, bound, freedom, metric, taken, best_effort, forced, smoothing, next_id };
-        Ok((problem, dragged, present))
+        Ok((problem, dragged))
     }
 
     /// One more constraint, bound where the shapes are.
     pub(crate) fn bind(&mut self, constraint: Constraint) -> Result<ConstraintId, EditError> {
         let id = ConstraintId(self.next_id);
-        self.bound.push(bind(&view(&self.shapes), constraint, id, &mut Numbers::new())?);
+        self.bound.push(bind(&view(&self.shapes), constraint, id, &mut Known::default())?);
         self.next_id += 1;
         Ok(id)
     }
@@ -200,14 +209,21 @@ impl Problem {
     /// # Errors
     /// When something cannot be asked of the shapes as they are.
     pub fn assemble(&self, finely: bool) -> Result<Assembly> {
-        self.assemble_beside(finely, &|_| false)
+        self.assemble_beside(&self.shapes(), &mut Linear::default(), finely, &|_| false)
     }
 
-    /// The same without the rows of the constraints on the `border`; the vertices that they touch are among the columns.
-    pub(crate) fn assemble_beside(&self, finely: bool, border: &dyn Fn(usize) -> bool) -> Result<Assembly> {
+    /// The same without the rows of the constraints on the `border`; the vertices that they touch are among the columns. `shapes` are
+    /// its own, and some rows on them may be `known`.
+    pub(crate) fn assemble_beside(
+        &self,
+        shapes: &Shapes<'_>,
+        known: &mut Linear,
+        finely: bool,
+        border: &dyn Fn(usize) -> bool,
+    ) -> Result<Assembly> {
         let constraints = self.bound.iter().map(|bound| &bound.constraint);
         let mut assembly =
-            Assembly::beside(&view(&self.shapes), constraints, &self.freedom, &self.metric, border, true)?;
+            Assembly::beside(shapes, constraints, known, (&self.freedom, &self.metric), border, true)?;
         if finely {
             assembly.decide(System::FINE);
         }

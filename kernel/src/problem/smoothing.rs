@@ -5,9 +5,10 @@ use std::sync::Arc;
 use super::Freedom;
 use super::bound::{BoundConstraint, bind};
 use super::constraint::{Constraint, Wanted};
+use super::known::Known;
 use super::metric::Metric;
-use super::smooth::{Smooth, SmoothKnot, Watched, find, is_ours, ours};
-use super::{ConstraintId, EditError, Numbers, Problem, view};
+use super::smooth::{Found, Smooth, SmoothKnot, Watched, find, has_places, is_ours, ours};
+use super::{ConstraintId, EditError, Problem, view};
 use crate::functional::{Functional, On, Shapes};
 use crate::problem::Smoothness;
 use crate::shape::Shape;
@@ -44,6 +45,12 @@ impl Smoothing {
         metric: &Metric,
     ) -> Result<Option<Vec<BoundConstraint>>, EditError> {
         let shapes = view(boxes);
+        // Mostly an edit is of a curve that has no such places: it pays for finding that out, and no more.
+        let (places, bonded) =
+            (has_places(&shapes, self.level), boxes.iter().any(|shape| shape.bonds().is_some()));
+        if !places && !bonded && bound.iter().all(|b| b.id != ConstraintId::OURS) {
+            return Ok(None);
+        }
         let bonds: Vec<Smooth> = (0..boxes.len())
             .flat_map(|index| Smooth::of_bonds(boxes[index].as_ref(), &self.on(index)))
             .collect();
@@ -51,8 +58,11 @@ impl Smoothing {
         let asked = asked.map(|b| b.constraint.functional.as_ref());
         let asked = asked.chain(bonds.iter().map(|bond| bond as &dyn Functional));
         let names = |shape| self.on(shape);
-        let found = find(&shapes, asked, &names, freedom, metric, self.level, self.everywhere)?;
-        let mut found = found.unwrap_or_default();
+        let mut found = match places {
+            true => find(&shapes, asked, &names, freedom, metric, self.level, self.everywhere)?
+                .unwrap_or_default(),
+            false => Found::default(),
+        };
         self.watched.add(&mut found);
         let mut fresh = Vec::with_capacity(found.kept.len() + bonds.len());
         for smooth in found.kept.into_iter().chain(bonds) {
@@ -60,7 +70,7 @@ impl Smoothing {
                 &shapes,
                 Constraint::new(Arc::new(smooth), Wanted::Keep),
                 ConstraintId::OURS,
-                &mut Numbers::new(),
+                &mut Known::default(),
             )?);
         }
         if fresh.is_empty() && !bound.iter().any(|b| is_ours(&b.constraint)) {

@@ -16,7 +16,7 @@ use crate::problem::EditError;
 use crate::problem::assembly::{Assembly, Slot};
 use crate::problem::bound::BoundConstraint;
 use crate::problem::check::{NOTABLE, excess, fighting};
-use crate::problem::judge::reach;
+use crate::problem::judge::{AllMeasured, reach};
 use crate::problem::solution::{overflow, redundant};
 use crate::problem::{Numbers, angle, view};
 use crate::shape::Shape;
@@ -45,7 +45,7 @@ impl<S: Shape> Session<S> {
     }
 
     /// What each constraint misses on the shapes as they are.
-    fn measured(&self) -> Vec<Result<Measured>> {
+    fn measured(&self) -> AllMeasured {
         let start = self.start.iter().fold(0.0_f64, |m, (_, _, p)| p.coords.amax().max(m));
         let reach = reach(&self.prepared.assembly, &self.prepared.rhs, start);
         self.problem.measured(&view(&self.problem.shapes), reach)

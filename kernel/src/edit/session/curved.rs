@@ -4,13 +4,14 @@
 use super::Session;
 use super::progress::{Progress, looks};
 use crate::error::Error;
+use crate::functional::Linearity;
 use crate::measure::ITERATED;
 use crate::problem::EditError;
-use crate::problem::bound::right_hand_side;
+use crate::problem::bound::{BoundConstraint, right_hand_side};
 use crate::problem::conflict::quoted;
 use crate::problem::view;
 use crate::shape::Shape;
-use crate::solve::SolveError;
+use crate::solve::{Sense, SolveError};
 use crate::text::figure;
 
 /// Iterations before an event is given up.
@@ -37,6 +38,30 @@ const SHORTEST: f64 = 1.0 / 64.0;
 const LONGEST: f64 = 8.0;
 /// What may be taken beyond all of it, as a share of the adjustment.
 const BOLD: f64 = 0.25;
+
+/// Alternating axes are for constraints that are linear in each of them, and for equations: what one axis makes up for may
+/// break a bound that only another axis could meet again, so that an event would fail though there is a solution.
+pub(super) fn check_alternating(bound: &[BoundConstraint]) -> Result<(), EditError> {
+    let with = |linearity| bound.iter().find(|b| b.constraint.functional.linearity() == linearity);
+    if let Some(b) = with(Linearity::Nonlinear) {
+        return Err(SolveError::Unsupported(format!(
+            "{} is not linear in each axis, so the axes cannot alternate; let them move together",
+            quoted(&b.constraint.describe())
+        ))
+        .into());
+    }
+    let limit = bound.iter().find(|b| b.constraint.sense() != Sense::Equal);
+    match (with(Linearity::Multilinear), limit) {
+        (Some(kept), Some(limit)) => Err(SolveError::Unsupported(format!(
+            "the axes cannot alternate where there are bounds: the one axis that makes up for {} may break {}, and only \
+             another axis could meet it again; let them move together",
+            quoted(&kept.constraint.describe()),
+            quoted(&limit.constraint.label())
+        ))
+        .into()),
+        _ => Ok(()),
+    }
+}
 
 impl<S: Shape> Session<S> {
     /// Solves for the present targets, the nonlinear constraints as border of the linear ones. The shapes are as before

@@ -5,13 +5,13 @@ use std::marker::PhantomData;
 use super::{State, put};
 use crate::edit::report::Report;
 use crate::error::Result;
-use crate::problem::view;
+use crate::problem::{Boxes, view};
 use crate::shape::Shape;
 
 /// A finished edit: the new shapes, the report and the way back.
 #[derive(Debug)]
 pub struct Edited<S> {
-    pub(super) shapes: Vec<Box<dyn Shape>>,
+    pub(super) shapes: Boxes,
     pub(super) report: Report,
     pub(super) before: State,
     /// The first shape before knots were inserted to keep the edit in an interval.

@@ -10,6 +10,7 @@ use crate::problem::check::{Miss, Moved, missed_by, near_conflict};
 use crate::problem::conflict::{explain, involved};
 use crate::problem::constraint::Constraint;
 use crate::problem::effort::soften;
+use crate::problem::known::Known;
 use crate::problem::solution::overflow;
 use crate::shape::Shape;
 use crate::solve::{HouseholderQr, Sense, SolveError, Solver, System};
@@ -153,7 +154,7 @@ impl<S: Shape> Session<S> {
         }
         let d = coarse.d.clone();
         self.restore();
-        let fine = prepare(&self.problem, self.dragged(), self.solver.as_ref(), &[], true);
+        let fine = prepare(&self.problem, self.dragged(), self.solver.as_ref(), &mut Known::default(), true);
         self.prepared.d = d;
         self.place();
         let (coarse, mut fine) = (self.prepared.as_mut(), fine?);

@@ -26,12 +26,13 @@ use self::prepared::{Prepared, prepare};
 use super::builder::Edit;
 use crate::Point;
 use crate::error::{Error, Result};
-use crate::functional::{Linearity, value_of};
+use crate::functional::value_of;
 use crate::problem::bound::{BoundConstraint, add_companions, loosen};
 use crate::problem::check::{step, was_finite};
 use crate::problem::conflict::quoted;
+use crate::problem::known::Known;
 use crate::problem::{Asked, Constraint, ConstraintId, EditError, Numbers, Problem, Value, view};
-use crate::shape::{Location, Shape};
+use crate::shape::Shape;
 use crate::solve::{Sense, SolveError, Solver};
 use crate::text::{counted, figure};
 
@@ -88,25 +89,10 @@ struct Handle {
 impl Handle {
     fn new(problem: &Problem, at: usize, slides: bool) -> Result<Self> {
         let BoundConstraint { constraint, target, .. } = &problem.bound[at];
-        let functional = constraint.functional();
-        let place = functional.location().filter(|_| functional.is_vector());
-        let sliding = match place {
-            _ if !slides => None,
-            _ if functional.floats() => {
-                let what = functional.describe();
-                return Err(Error::Invalid(format!(
-                    "\"{what}\" floats, so that it need not slide: give its location with \"at\", or do not let it slide"
-                )));
-            }
-            Some((shape, Location::Curve(u))) => Some((problem.shapes().get(shape)?.boxed(), u)),
-            _ => {
-                let what = functional.describe();
-                return Err(Error::Invalid(format!(
-                    "\"{what}\" cannot slide: only a position on a curve can"
-                )));
-            }
-        };
-        Ok(Self { at, start: target.clone(), last: target.clone(), sliding })
+        let sliding =
+            if slides { Some(slide::begin(problem, constraint.functional().as_ref())?) } else { None };
+        let [start, last] = [(); 2].map(|()| Numbers::from_slice(target));
+        Ok(Self { at, start, last, sliding })
     }
 }
 
@@ -119,28 +105,29 @@ impl<S> std::fmt::Debug for Session<S> {
 impl<S: Shape> Session<S> {
     pub(super) fn new(edit: Edit<S>, asked: Asked, solver: Box<dyn Solver>) -> Result<Self, EditError> {
         let (slides, alternating, minimised, original) = edit.into_rest();
-        let (mut problem, dragged, mut present) = Problem::new(asked)?;
+        let mut known = Known::default();
+        let (mut problem, dragged) = Problem::new(asked, &mut known)?;
         let handle = dragged.map(|at| Handle::new(&problem, at, slides)).transpose()?;
         if alternating {
-            check_alternating(&problem.bound)?;
+            curved::check_alternating(&problem.bound)?;
         }
         let floating = floating::anchor(&mut problem.bound, 0)?;
         if !floating.is_empty() {
-            present.clear();
+            known = Known::default();
         }
         // What is kept smooth comes behind what is asked, whose values stay known.
         problem.renew_smoothness()?;
         let mut handle = handle;
         if minimised {
             problem.start_at_minimum()?;
-            present.clear();
+            known = Known::default();
             if let Some(handle) = &mut handle {
                 let functional = problem.bound[handle.at].constraint.functional.as_ref();
                 value_of(functional, &view(&problem.shapes), &mut handle.start)?;
             }
         }
-        let prepared = prepare(&problem, dragged, solver.as_ref(), &present, false)?;
-        let mut start = snapshot(&problem.shapes, &prepared);
+        let prepared = prepare(&problem, dragged, solver.as_ref(), &mut known, false)?;
+        let mut start = prepared.state();
         if !problem.taken.is_empty() {
             let vertices = prepared.assembly.vertices();
             start.iter_mut().zip(vertices).for_each(|(at, v)| at.2 = problem.taken_from(v).unwrap_or(at.2));
@@ -463,46 +450,24 @@ impl<S: Shape> Session<S> {
             value_of(functional, &view(&self.problem.shapes), &mut handle.start)?;
         }
         let before = self.problem.renew_smoothness()?;
-        self.prepared =
-            match (prepare(&self.problem, self.dragged(), self.solver.as_ref(), &[], false), before) {
-                (Ok(prepared), _) => prepared,
-                (Err(error), before) => {
-                    self.problem.bound = before.unwrap_or_else(|| std::mem::take(&mut self.problem.bound));
-                    return Err(error);
-                }
-            };
+        self.prepared = match (
+            prepare(&self.problem, self.dragged(), self.solver.as_ref(), &mut Known::default(), false),
+            before,
+        ) {
+            (Ok(prepared), _) => prepared,
+            (Err(error), before) => {
+                self.problem.bound = before.unwrap_or_else(|| std::mem::take(&mut self.problem.bound));
+                return Err(error);
+            }
+        };
         self.solved = false;
         // What is touched for the first time belongs to the ways back, too: it is where it was.
-        let fresh = snapshot(&self.problem.shapes, &self.prepared);
+        let fresh = self.prepared.state();
         for state in std::iter::once(&mut self.start).chain(&mut self.checkpoints) {
             let known: BTreeSet<(u32, u32)> = state.iter().map(|&(s, v, _)| (s, v)).collect();
             state.extend(fresh.iter().copied().filter(|&(s, v, _)| !known.contains(&(s, v))));
         }
         Ok(())
-    }
-}
-
-/// Alternating axes are for constraints that are linear in each of them, and for equations: what one axis makes up for may
-/// break a bound that only another axis could meet again, so that an event would fail though there is a solution.
-fn check_alternating(bound: &[BoundConstraint]) -> Result<(), EditError> {
-    let with = |linearity| bound.iter().find(|b| b.constraint.functional.linearity() == linearity);
-    if let Some(b) = with(Linearity::Nonlinear) {
-        return Err(SolveError::Unsupported(format!(
-            "{} is not linear in each axis, so the axes cannot alternate; let them move together",
-            quoted(&b.constraint.describe())
-        ))
-        .into());
-    }
-    let limit = bound.iter().find(|b| b.constraint.sense() != Sense::Equal);
-    match (with(Linearity::Multilinear), limit) {
-        (Some(kept), Some(limit)) => Err(SolveError::Unsupported(format!(
-            "the axes cannot alternate where there are bounds: the one axis that makes up for {} may break {}, and only \
-             another axis could meet it again; let them move together",
-            quoted(&kept.constraint.describe()),
-            quoted(&limit.constraint.label())
-        ))
-        .into()),
-        _ => Ok(()),
     }
 }
 

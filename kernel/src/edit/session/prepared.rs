@@ -2,9 +2,9 @@
 
 use smallvec::SmallVec;
 
-use super::Handle;
 use super::border::{Border, members};
 use super::strategy::Strategy;
+use super::{Handle, State};
 use crate::Point;
 use crate::edit::report::Convergence;
 use crate::error::Error;
@@ -13,6 +13,7 @@ use crate::problem::assembly::{Assembly, Slot};
 use crate::problem::bound::{BoundConstraint, difference};
 use crate::problem::check::{Check, Response};
 use crate::problem::constraint::Constraint;
+use crate::problem::known::Known;
 use crate::problem::program::{Bounds, equations, gather, has_inequalities, senses};
 use crate::problem::{EditError, Numbers, Problem};
 use crate::solve::{Dependency, Factored, Solver, SystemMetric};
@@ -52,19 +53,19 @@ pub(super) struct Prepared {
 
 /// Prepares the constraints: where some are not linear, those that are, with the others as their border if that can be
 /// (they are few, and none depends on the rest where the shapes are), else all in one system. `finely`: rows that the others
-/// nearly imply are not left out. `present`: the values of the first constraints on the shapes as they are, where these are known.
+/// nearly imply are not left out. `known`: of the first constraints, on the shapes as they are.
 pub(super) fn prepare(
     problem: &Problem,
     handle: Option<usize>,
     solver: &dyn Solver,
-    present: &[f64],
+    known: &mut Known,
     finely: bool,
 ) -> Result<Box<Prepared>, EditError> {
     let bound = &problem.bound;
     let bordered = !problem.best_effort && !has_inequalities(bound);
     let members = if bordered { members(bound) } else { Vec::new() };
     if !members.is_empty() {
-        let mut prepared = prepare_system(problem, handle, solver, present, &members, finely)?;
+        let mut prepared = prepare_system(problem, handle, solver, &mut known.clone(), &members, finely)?;
         let moving = prepared.assembly.vertices().collect();
         let mut border = Border::new(members, bound, &prepared.assembly, moving, &prepared.base)?;
         border.learn(&problem.shapes(), bound)?;
@@ -74,95 +75,75 @@ pub(super) fn prepare(
             return Ok(prepared);
         }
     }
-    prepare_system(problem, handle, solver, present, &[], finely)
+    prepare_system(problem, handle, solver, known, &[], finely)
 }
 
 fn prepare_system(
     problem: &Problem,
     handle: Option<usize>,
     solver: &dyn Solver,
-    present: &[f64],
+    known: &mut Known,
     aside: &[usize],
     finely: bool,
 ) -> Result<Box<Prepared>, EditError> {
     let (shapes, bound) = (problem.shapes(), &problem.bound);
-    let mut assembly = problem.assemble_beside(finely, &|k| aside.contains(&k))?;
+    let mut assembly =
+        problem.assemble_beside(&shapes, &mut known.linear, finely, &|k| aside.contains(&k))?;
     let (mut rhs, mut size) = (Numbers::new(), Numbers::new());
-    difference(&shapes, bound, &assembly, present, (&mut rhs, &mut size), |_| {})?;
+    difference(&shapes, bound, &assembly, &known.values, (&mut rhs, &mut size), |_| {})?;
     let mut bounds = None;
     if has_inequalities(bound) {
         let constraints: Vec<&Constraint> = problem.constraints().collect();
         let kept = equations(&senses(&assembly, &constraints));
         let part = assembly.select(&kept);
         let some = (gather(&rhs, &kept), gather(&size, &kept));
-        bounds = Some(Bounds { full: assembly, rhs, size, active: Vec::new() });
+        bounds = Some(Box::new(Bounds { full: assembly, rhs, size, active: Vec::new() }));
         assembly = part;
         (rhs, size) = some;
     }
-    let mut factored = solver.factor(&assembly.system)?;
-    let sides = assembly.system.sides();
+    let factored = solver.factor(&assembly.system)?;
     let count = assembly.vertices().len();
     let (mut places, mut base) = (SmallVec::with_capacity(count), SmallVec::with_capacity(count));
-    let mut shape = 0;
-    let all = shapes.vertex_count();
-    for vertex in assembly.vertices() {
-        // Rows are checked where they arrive; a metric's neighbours are not.
-        if vertex >= all {
-            return Err(Error::Invalid(format!(
-                "control vertex {vertex} should move, but there are {all}, numbered from 0"
-            ))
-            .into());
+    // Ascending, and so shape after shape.
+    let mut vertices = assembly.vertices().peekable();
+    for (shape, own) in problem.shapes.iter().enumerate() {
+        let (offset, points) = (shapes.offset(shape), own.control_vertices());
+        let local = |vertex: &usize| vertex.checked_sub(offset).filter(|&v| v < points.len());
+        while let Some(vertex) = vertices.peek().and_then(local) {
+            places.push((shape as u32, vertex as u32));
+            base.push(points[vertex]);
+            vertices.next();
         }
-        while vertex >= shapes.offset(shape + 1) {
-            shape += 1;
-        }
-        places.push((shape as u32, (vertex - shapes.offset(shape)) as u32));
-        base.push(shapes.vertex(vertex));
     }
+    // Rows are checked where they arrive; a metric's neighbours are not.
+    if let Some(vertex) = vertices.next() {
+        let all = shapes.vertex_count();
+        return Err(Error::Invalid(format!(
+            "control vertex {vertex} should move, but there are {all}, numbered from 0"
+        ))
+        .into());
+    }
+    drop(vertices);
     let whole = bounds.as_ref().map_or(&assembly.system, |bounds| &bounds.full.system);
-    let mut check = Check::new(whole, factored.as_ref(), &base)?;
-    let d = vec![0.0; 3 * count];
-    let (mut other, mut still) = (d.clone(), SmallVec::new());
-    let mut response = SmallVec::new();
-    if let Some(handle) = handle.filter(|_| bounds.is_none()) {
-        for slot in assembly.slots(handle) {
-            rhs[assembly.entry(slot)] = 0.0;
-        }
-        still = SmallVec::from_slice(&d);
-        let mut refinement = Refinement::of(&assembly);
-        // Nothing asked for costs nothing.
-        if rhs.iter().any(|b| *b != 0.0) {
-            refinement.solve(&assembly, factored.as_mut(), &rhs, &mut still);
-        }
-        let mut one = Numbers::from_elem(0.0, rhs.len());
-        for slot in assembly.slots(handle) {
-            // With three sides, x, y and z share one column of C.
-            if slot.side > 0 {
-                continue;
-            }
-            one[assembly.entry(slot)] = 1.0;
-            refinement.solve(&assembly, factored.as_mut(), &one, &mut other);
-            one[assembly.entry(slot)] = 0.0;
-            response.push(other.chunks_exact(sides).map(|column| column[0]).collect());
-        }
-        let rows = assembly.slots(handle).iter().filter(|slot| slot.side == 0).map(|slot| slot.row as usize);
-        check.of_events(sides, &still, &response, rows);
-    }
+    let check = Check::new(whole, factored.as_ref(), &base)?;
     let dependencies = if needs_diagnosis(factored.as_ref(), &assembly) {
         factored.diagnosis().dependencies
     } else {
         Vec::new()
     };
     let linear = bound.iter().all(|b| b.constraint.functional.linearity() == Linearity::Linear);
-    Ok(Box::new(Prepared {
+    let handle = handle.filter(|_| bounds.is_none());
+    // Not `vec!`: a few zeros are quicker written than asked for.
+    let d: Vec<f64> = std::iter::repeat_n(0.0, 3 * count).collect();
+    let mut prepared = Box::new(Prepared {
         factored,
         dependencies,
         rhs,
         size,
-        other,
+        other: d.clone(),
         d,
-        still,
-        response,
+        still: SmallVec::new(),
+        response: SmallVec::new(),
         base,
         way: SmallVec::from_elem([0.0; 3], count),
         places,
@@ -178,10 +159,40 @@ fn prepare_system(
         gave_way: false,
         strayed: Vec::new(),
         assembly,
-    }))
+    });
+    if let Some(handle) = handle {
+        prepared.learn(handle);
+    }
+    Ok(prepared)
 }
 
 impl Prepared {
+    /// Learns what a handle's events are made of: the adjustment without it, and what each of its numbers adds.
+    fn learn(&mut self, handle: usize) {
+        let Self { assembly, factored, rhs, other, still, response, check, refinement, .. } = self;
+        let (sides, slots) = (assembly.system.sides(), assembly.slots(handle));
+        for slot in slots {
+            rhs[assembly.entry(slot)] = 0.0;
+        }
+        still.resize(other.len(), 0.0);
+        // Nothing asked for costs nothing.
+        let moves = rhs.iter().any(|b| *b != 0.0);
+        if moves {
+            refinement.solve(assembly, factored.as_mut(), rhs, still);
+        }
+        // With three sides, x, y and z share one column of C.
+        let columns = || slots.iter().filter(|slot| slot.side == 0);
+        let mut one = Numbers::from_elem(0.0, rhs.len());
+        for slot in columns() {
+            one[assembly.entry(slot)] = 1.0;
+            refinement.solve(assembly, factored.as_mut(), &one, other);
+            one[assembly.entry(slot)] = 0.0;
+            response.push(other.chunks_exact(sides).map(|column| column[0]).collect());
+        }
+        let rows = columns().map(|slot| slot.row as usize);
+        check.of_events(sides, moves.then_some(&still[..]), response, rows);
+    }
+
     /// The right-hand side for the present target of the handle, and the adjustment that the independent rows ask for.
     pub(super) fn meet(&mut self, bound: &[BoundConstraint], handle: Option<&Handle>) {
         let Some(handle) = handle else {
@@ -212,6 +223,11 @@ impl Prepared {
                 respond([change(&slots[k], slots[k].row as usize)], response, from, d);
             }
         }
+    }
+
+    /// Where the vertices were.
+    pub(super) fn state(&self) -> State {
+        self.places.iter().zip(&self.base).map(|(&(shape, vertex), point)| (shape, vertex, *point)).collect()
     }
 
     /// The first dependent row that the adjustment does not meet.

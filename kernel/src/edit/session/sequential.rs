@@ -287,7 +287,7 @@ impl<S: Shape> Session<S> {
         (prepared.rhs, prepared.size) = (solved.rhs, solved.size);
         let (part, bounds) = match solved.part {
             None => (full.full, None),
-            Some((part, _)) => (part, Some(Bounds { active: solved.active, ..full })),
+            Some((part, _)) => (part, Some(Box::new(Bounds { active: solved.active, ..full }))),
         };
         (prepared.assembly, prepared.strategy) = (part, Strategy::Sequential(bounds));
         prepared.assembly.decide(solved.tolerance);

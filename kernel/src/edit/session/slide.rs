@@ -3,13 +3,31 @@
 use std::sync::Arc;
 
 use super::{Handle, Session};
-use crate::error::Result;
-use crate::functional::position;
+use crate::error::{Error, Result};
+use crate::functional::{Functional, position};
 use crate::problem::EditError;
 use crate::problem::bound::{BoundConstraint, bind};
 use crate::problem::constraint::{Constraint, Wanted};
-use crate::problem::{Numbers, view};
-use crate::shape::Shape;
+use crate::problem::known::Known;
+use crate::problem::{Problem, view};
+use crate::shape::{Location, Shape};
+
+/// The curve that a handle slides along, as it is, and where the handle is.
+///
+/// # Errors
+/// When it cannot slide.
+pub(super) fn begin(problem: &Problem, handle: &dyn Functional) -> Result<(Box<dyn Shape>, f64)> {
+    let what = handle.describe();
+    if handle.floats() {
+        return Err(Error::Invalid(format!(
+            "\"{what}\" floats, so that it need not slide: give its location with \"at\", or do not let it slide"
+        )));
+    }
+    match handle.location().filter(|_| handle.is_vector()) {
+        Some((shape, Location::Curve(u))) => Ok((problem.shapes().get(shape)?.boxed(), u)),
+        _ => Err(Error::Invalid(format!("\"{what}\" cannot slide: only a position on a curve can"))),
+    }
+}
 
 impl<S: Shape> Session<S> {
     /// Moves the handle's parameter to where the cursor's foot on the original curve is, and prepares there; nothing where it
@@ -23,7 +41,7 @@ impl<S: Shape> Session<S> {
         let (shape, id) = (constraint.functional.location().map_or(0, |(shape, _)| shape), *id);
         self.restore();
         let constraint = Constraint::new(Arc::new(moved.on(shape)), Wanted::Keep);
-        self.problem.bound[at] = bind(&view(&self.problem.shapes), constraint, id, &mut Numbers::new())?;
+        self.problem.bound[at] = bind(&view(&self.problem.shapes), constraint, id, &mut Known::default())?;
         self.prepare_again()
     }
 }

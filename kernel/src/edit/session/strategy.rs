@@ -9,12 +9,12 @@ pub(super) enum Strategy {
     /// All is linear: one solve with what was factored at mouse down (`event.rs`).
     Linear,
     /// All is linear, with inequalities: which of them are active is found at every event (`bounded.rs`).
-    Bounded(Bounds),
+    Bounded(Box<Bounds>),
     /// Few constraints are not linear, beside those that are, which are factored at mouse down (`curved.rs`, `border.rs`).
     Bordered(Box<Border>),
     /// Everything is linearized where the shapes are, again and again (`sequential.rs`); the rows of the last time, where some were
     /// inequalities.
-    Sequential(Option<Bounds>),
+    Sequential(Option<Box<Bounds>>),
 }
 
 impl Strategy {

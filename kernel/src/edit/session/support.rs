@@ -2,11 +2,12 @@
 
 use std::collections::BTreeSet;
 
+use super::Session;
 use super::prepared::prepare;
-use super::{Session, snapshot};
 use crate::Vector;
 use crate::error::Error;
 use crate::problem::EditError;
+use crate::problem::known::Known;
 use crate::shape::Shape;
 
 /// That something reaches vertices that have no column. Told nobody: whoever solves grows and begins again.
@@ -39,7 +40,8 @@ impl<S: Shape> Session<S> {
         freedom.reached = all.into_iter().collect();
         let d = self.prepared.d.clone();
         self.restore();
-        let fresh = prepare(&self.problem, self.dragged(), self.solver.as_ref(), &[], false);
+        let fresh =
+            prepare(&self.problem, self.dragged(), self.solver.as_ref(), &mut Known::default(), false);
         self.prepared.d.clone_from(&d);
         let mut fresh = match fresh {
             Ok(fresh) => fresh,
@@ -50,7 +52,7 @@ impl<S: Shape> Session<S> {
         };
         // What is reached for the first time belongs to the way back, too.
         let seen: BTreeSet<(u32, u32)> = self.start.iter().map(|&(s, v, _)| (s, v)).collect();
-        let first = snapshot(&self.problem.shapes, &fresh);
+        let first = fresh.state();
         self.start.extend(first.into_iter().filter(|&(s, v, _)| !seen.contains(&(s, v))));
         let ways: Vec<Vector> = d.chunks_exact(3).map(Vector::from_column_slice).collect();
         let places: Vec<usize> = fresh.assembly.vertices().collect();

@@ -102,6 +102,12 @@ fn least(net: &Columns<'_>, level: u8) -> usize {
     if level < 2 { p } else { (p - 1).max(1) }
 }
 
+/// Whether any of these shapes has places where something is to be kept, perhaps.
+pub(crate) fn has_places(shapes: &Shapes<'_>, level: u8) -> bool {
+    let may_have = |net: &Columns<'_>| net.along.is_some() || has_joints(net, level).0;
+    (0..shapes.len()).any(|shape| nets(shapes, shape).iter().any(may_have))
+}
+
 /// What is to be kept at level `level` (0: nothing; 1: G¹; 2: G² too) where these functionals are asked of shapes that
 /// messages call by these `names`, and the places where it may be lost; `everywhere`: not where these functionals
 /// are felt, but wherever vertices may move. The work is proportional to the vertices that move; `None` where no shape has
@@ -118,11 +124,6 @@ pub(crate) fn find<'f>(
     level: u8,
     everywhere: bool,
 ) -> Result<Option<Found>> {
-    // Mostly an edit is of a curve that has none: it pays for finding that out, and no more.
-    let may_have = |net: &Columns<'_>| net.along.is_some() || has_joints(net, level).0;
-    if !(0..shapes.len()).any(|shape| nets(shapes, shape).iter().any(may_have)) {
-        return Ok(None);
-    }
     let mut search = Search::new(shapes, level);
     if search.nets.iter().flatten().next().is_none() && search.poles.iter().flatten().next().is_none() {
         return Ok(None);

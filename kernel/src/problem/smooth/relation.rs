@@ -225,13 +225,21 @@ pub(super) fn ends_meet(net: &Columns<'_>, column: usize) -> bool {
         };
         ([end(joint.left), end(joint.right)], [joint.left.0, joint.right.0])
     };
-    let (mut size, mut reach) = (0.0_f64, 0.0_f64);
+    let mut size = 0.0_f64;
     for (span, end) in spans.into_iter().zip(&ends) {
-        for i in span - p..=span {
-            let p = net.point(i, column).coords;
-            size = size.max((p - end).norm_squared());
-            reach = reach.max(p.amax());
+        for i in span - p..span + 1 {
+            size = size.max((net.point(i, column).coords - end).norm_squared());
         }
     }
-    (ends[1] - ends[0]).norm() <= MEETS * size.sqrt() + ULPS * f64::EPSILON * reach
+    let size = size.sqrt();
+    let apart = (ends[1] - ends[0]).norm();
+    // Mostly they are far apart, and where the origin is does not matter: no coordinate is farther from it than an end's, and
+    // the way from there.
+    let most = ends[0].amax().max(ends[1].amax()) + size;
+    if apart > 2.0 * (MEETS * size + ULPS * f64::EPSILON * most) {
+        return false;
+    }
+    let around = spans.into_iter().flat_map(|span| span - p..span + 1);
+    let reach = around.map(|i| net.point(i, column).coords.amax()).fold(0.0, f64::max);
+    apart <= MEETS * size + ULPS * f64::EPSILON * reach
 }

@@ -77,7 +77,7 @@ impl<S: Shape> Session<S> {
             Strategy::Bounded(own) => own.active = bounds.active,
             strategy => {
                 let bounded = squares.senses.iter().any(|sense| *sense != Sense::Equal);
-                *strategy = Strategy::Sequential(bounded.then_some(bounds));
+                *strategy = Strategy::Sequential(bounded.then(|| Box::new(bounds)));
             }
         }
         prepared.iterations = steps.max(1);
