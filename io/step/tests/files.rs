@@ -242,6 +242,9 @@ fn a_bound_that_runs_against_all_neighbours_is_turned_and_told() {
     assert_eq!((brep.solids().len(), uses(&brep)), (1, uses(&right)));
 }
 
+/// The edges of a Brep's faces, and which way they run.
+type Uses = BTreeSet<(usize, usize, bool)>;
+
 /// Up to four bounds of a file are the wrong way round, side by side, and of faces with several only some: where those that are right are many more all are
 /// turned back.
 #[test]
@@ -249,7 +252,7 @@ fn whichever_bounds_run_the_wrong_way_they_are_turned() {
     let (mut tried, mut turned) = (0, 0);
     for name in ["sliced_cylinder.step", "io1-cm-214.stp", "base_interface_AP203.STEP", "dm1-id-214.stp"] {
         let text = String::from_utf8(data(name).unwrap()).unwrap();
-        let uses = |text: &str| -> (Vec<BTreeSet<(usize, usize, bool)>>, usize, String) {
+        let uses = |text: &str| -> (Vec<Uses>, usize, String) {
             let (scene, report) = read(name, text.as_bytes());
             let of = |brep: &Brep| {
                 let uses = |face: usize| {

@@ -182,25 +182,30 @@ impl Bounds {
 
     /// About how long `S_u` and `S_v` are in a box at most: the largest that some of its cells can have.
     pub(crate) fn speeds_of_some(&self, low: [f64; 2], high: [f64; 2]) -> [f64; 2] {
-        self.some(low, high).fold([0.0; 2], |most, cell| [0, 1].map(|d: usize| most[d].max(cell.first[d])))
+        let faster =
+            |most: [f64; 2], (cell, _): (&Cell, f64)| [0, 1].map(|d: usize| most[d].max(cell.first[d]));
+        self.some(low, high).fold([0.0; 2], faster)
     }
 
-    /// Some cells of a box, spread over it.
-    fn some(&self, low: [f64; 2], high: [f64; 2]) -> impl Iterator<Item = &Cell> {
+    /// Some cells of a box, spread over it, and how large they are in the plane of parameters.
+    fn some(&self, low: [f64; 2], high: [f64; 2]) -> impl Iterator<Item = (&Cell, f64)> {
         let (rows, columns) = (self.range(0, low[0], high[0]), self.range(1, low[1], high[1]));
         let [down, across] = [rows.len(), columns.len()].map(|count| count.div_ceil(SAMPLES));
         let columns = columns.skip(across / 2).step_by(across);
-        rows.skip(down / 2).step_by(down).flat_map(move |i| columns.clone().map(move |j| self.cell(i, j)))
+        let length = |d: usize, k: usize| self.breaks[d][k + 1] - self.breaks[d][k];
+        let one = move |i: usize, j: usize| (self.cell(i, j), length(0, i) * length(1, j));
+        rows.skip(down / 2).step_by(down).flat_map(move |i| columns.clone().map(move |j| one(i, j)))
     }
 
-    /// The means over some cells of a box of how large `S_uu`, `S_uv` and `S_vv` can be.
+    /// How large `S_uu`, `S_uv` and `S_vv` are on average over some cells of a box: constant ones of which as many steps would be needed, and of these there are
+    /// in each cell its length times the root. However much a surface bends within a short span, that is few.
     pub(crate) fn mean(&self, low: [f64; 2], high: [f64; 2]) -> [f64; 3] {
-        let (mut sum, mut count) = ([0.0; 3], 0.0);
-        for cell in self.some(low, high) {
-            (0..3).for_each(|k| sum[k] += cell.second[k].most());
-            count += 1.0;
+        let (mut sum, mut all) = ([0.0; 3], 0.0);
+        for (cell, size) in self.some(low, high) {
+            (0..3).for_each(|k| sum[k] += size * cell.second[k].most().sqrt());
+            all += size;
         }
-        sum.map(|s| s / count)
+        sum.map(|s| (s / all) * (s / all))
     }
 
     /// Parameters of points of the surface near to a point, the nearest first.
