@@ -154,7 +154,7 @@ fn the_nearest_place_of_a_solid_is_on_a_face() {
     }
     // Above the corner of a block: its vertex.
     let block = block();
-    let corner = loftsman_kernel::Point::new(2.0, 2.5, 3.0);
+    let corner = Point::new(2.0, 2.5, 3.0);
     let found = block.closest(corner + Vector::new(1.0, 1.0, 1.0)).unwrap();
     assert!(
         (found.point - corner).norm() < 1e-9 && (found.distance - 3.0_f64.sqrt()).abs() < 1e-9,
@@ -169,7 +169,7 @@ fn the_nearest_place_of_a_face_is_inside_its_loops_and_the_nearest_of_all() {
     let count = 30;
     let net = (0..count * count).map(|k| {
         let (x, y) = ((k / count) as f64, (k % count) as f64);
-        loftsman_kernel::Point::new(x, y, 2.5 * (1.3 * x).sin() * (1.1 * y + 0.4).cos() + 0.02 * x)
+        Point::new(x, y, 2.5 * (1.3 * x).sin() * (1.1 * y + 0.4).cos() + 0.02 * x)
     });
     let space = || Space::clamped_uniform(3, count).unwrap();
     let surface = Surface::new(space(), space(), net.collect()).unwrap();
@@ -214,7 +214,7 @@ fn the_nearest_place_of_a_face_is_inside_its_loops_and_the_nearest_of_all() {
     let mut outside = 0;
     for k in 0..60 {
         let x = f64::from(k);
-        let point = loftsman_kernel::Point::new(
+        let point = Point::new(
             29.0 * (0.618_034 * x).fract(),
             29.0 * (0.414_214 * x).fract(),
             8.0 * (0.732_051 * x).fract() - 4.0,
