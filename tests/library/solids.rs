@@ -220,6 +220,29 @@ fn caps_that_loops_bound_are_whole() {
     }
 }
 
+/// A face of three sides whose surface ends in a point (`data/made`): fans of triangles beside borders that were just near enough had no width any more, and it was called too singular.
+#[test]
+fn a_tip_of_a_fillet_is_cut_as_finely_as_is_asked() {
+    let registry = loftsman::registry();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/made/fillet_tip.step");
+    let scene = loftsman::read_scene(path).unwrap();
+    let Geometry::Brep(brep) = scene.objects()[0].geometry() else { panic!("a brep") };
+    // As OpenCASCADE's Gauss points find it.
+    let exact = 0.110_667_5;
+    for chord in [0.01, 0.005, 0.002, 0.001, 0.0005] {
+        let fineness = Fineness { chord: Chord::Absolute(chord), angle: 0.5 };
+        let cut = registry.tessellator().unwrap().measured_brep(brep, &fineness).unwrap();
+        assert!(cut.left_out.is_empty() && cut.error <= chord, "{chord}: {} {:?}", cut.error, cut.left_out);
+        let points = cut.mesh.points();
+        let of = |f: &[u32]| {
+            let [a, b, c] = [0, 1, 2].map(|k: usize| points[f[k] as usize]);
+            0.5 * (b - a).cross(&(c - a)).norm()
+        };
+        let area = cut.mesh.faces().map(of).sum::<f64>();
+        assert!((area / exact - 1.0).abs() < 20.0 * chord, "{chord}: {area}");
+    }
+}
+
 /// What is told of a quantity that was asked for is that of the solid as it came out: an edit may give its faces other control vertices.
 #[test]
 fn what_was_asked_is_told_of_the_solid_that_came_out() {

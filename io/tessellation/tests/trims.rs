@@ -315,3 +315,32 @@ fn slanted_borders_beside_bumps_are_cut() {
         }
     }
 }
+
+/// Ten spans of a ten-thousandth each, in which a surface trembles by less than the tolerance, do not make its other triangles thin: it has some more, not many times as many.
+#[test]
+fn short_spans_that_bend_do_not_make_all_triangles_thin() {
+    let around = Space::clamped(3, &[0.0, 1.0]).unwrap();
+    let triangles = |trembles: bool| {
+        let mut knots: Vec<f64> = (0..=20).map(|k| f64::from(k) / 20.0).collect();
+        if trembles {
+            knots.extend((1..=10).map(|k| 0.5 + 1e-4 * f64::from(k)));
+            knots.sort_by(f64::total_cmp);
+        }
+        let along = Space::clamped(3, &knots).unwrap();
+        let flat = along.flat();
+        let greville = |j: usize| (flat[j + 1] + flat[j + 2] + flat[j + 3]) / 3.0;
+        let mut net = Vec::new();
+        for [y, z] in [[-1.0, 0.0], [-0.6, 1.0], [0.6, 1.0], [1.0, 0.0]] {
+            for j in 0..along.len() {
+                let v = greville(j);
+                let tremble = if v > 0.5001 && v < 0.5009 && j % 2 == 0 { 1e-4 } else { 0.0 };
+                net.push(Point::new(5.0 * v, y, z + (4.0 * v).sin() + tremble));
+            }
+        }
+        let surface = Surface::new(around.clone(), along, net).unwrap();
+        let square = polygon(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+        cut(&trimmed(surface, square, vec![]), 1e-3).mesh.faces().count()
+    };
+    let (plain, trembling) = (triangles(false), triangles(true));
+    assert!(trembling < 3 * plain, "{plain} {trembling}");
+}

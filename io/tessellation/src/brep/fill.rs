@@ -355,7 +355,12 @@ fn judge(plane: &Plane<'_>, corners: [u32; 3], fixed: [bool; 3], goal: &Goal) ->
         return Judged { error: off, far: false, wants: Wants::Nothing };
     }
     // Between corners on one line there is nothing but the curves along its sides: what lies across these, or a border as it was cut, says how near they are.
-    if on_pole == 0 && thickness(at, carrier.bounds.speeds(low, high)) <= THIN * goal.chord {
+    let mut drawn_in = at;
+    // A pole is at all places along it.
+    for (k, (d, _)) in poles.iter().enumerate().filter_map(|(k, pole)| Some((k, (*pole)?))) {
+        drawn_in[k][1 - d] = at[(k + 1) % 3][1 - d];
+    }
+    if thickness(drawn_in, carrier.bounds.speeds(low, high)) <= THIN * goal.chord {
         return Judged { error: off, far: false, wants: Wants::Nothing };
     }
     let centre = [0, 1].map(|d: usize| (at[0][d] + at[1][d] + at[2][d]) / 3.0);
