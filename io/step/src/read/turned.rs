@@ -1,6 +1,6 @@
 //! Bounds that run the wrong way round.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use loftsman_kernel::Vector;
 use loftsman_kernel::brep::{Shell, Use};
@@ -59,7 +59,7 @@ impl Builder<'_, '_> {
     /// The bounds (face and place there) that have to be turned for each edge of a shell to be used once in each direction. Of all that hang together there are
     /// two choices: the outer bounds of planes run counterclockwise in one of them; where there are none, it is that which turns a few. `None` where
     /// no choice is enough, or it is not clear which ones are wrong.
-    fn against(&self, shell: &Shell) -> Option<Vec<(usize, usize)>> {
+    fn against(&self, shell: &Shell) -> Option<BTreeSet<(usize, usize)>> {
         let loops = |face: usize| self.parts.faces[face].loops.iter().enumerate();
         let bounds: Vec<(usize, usize)> =
             shell.faces.iter().flat_map(|&face| loops(face).map(move |(k, _)| (face, k))).collect();
@@ -75,7 +75,13 @@ impl Builder<'_, '_> {
             beside[a].push((b, one == other));
             beside[b].push((a, one == other));
         }
-        let mut found = Vec::new();
+        // Once for each face: a plate may have thousands of holes.
+        let planes: BTreeMap<(usize, usize), bool> = shell
+            .faces
+            .iter()
+            .filter_map(|&face| self.outer(face).map(|(bound, is_wrong)| ((face, bound), is_wrong)))
+            .collect();
+        let mut found = BTreeSet::new();
         let mut turned: Vec<Option<bool>> = vec![None; bounds.len()];
         for first in 0..bounds.len() {
             if turned[first].is_some() {
@@ -99,7 +105,7 @@ impl Builder<'_, '_> {
                 }
             }
             let mut said =
-                together.iter().filter_map(|&(bound, own)| Some(self.is_wrong(bounds[bound])? == own));
+                together.iter().filter_map(|&(bound, own)| Some(*planes.get(&bounds[bound])? == own));
             let wrong = match said.next() {
                 Some(first) if said.all(|other| other == first) => first,
                 Some(_) => return None,
@@ -116,8 +122,8 @@ impl Builder<'_, '_> {
         Some(found)
     }
 
-    /// Whether the outer bound of a plane, also of one that is a spline, runs clockwise about the normal of its face; `None` of what is neither.
-    fn is_wrong(&self, (face, bound): (usize, usize)) -> Option<bool> {
+    /// The outer bound of a plane, also of one that is a spline, and whether it runs clockwise about the normal of its face; `None` of another face.
+    fn outer(&self, face: usize) -> Option<(usize, bool)> {
         let own = &self.parts.faces[face];
         let corner = (own.surface.u().domain().0, own.surface.v().domain().0);
         let Normal::Regular(normal) = own.surface.normal(corner.0, corner.1).ok()? else { return None };
@@ -132,8 +138,8 @@ impl Builder<'_, '_> {
         }
         let areas: Vec<f64> =
             own.loops.iter().map(|chain| self.inside(chain, &normal)).collect::<Option<_>>()?;
-        let largest = areas.iter().fold(0.0_f64, |most, area| most.max(area.abs()));
-        (areas[bound].abs() == largest && largest > 0.0).then_some((areas[bound] < 0.0) != own.reversed)
+        let (bound, area) = areas.into_iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+        (area != 0.0 && area.is_finite()).then_some((bound, (area < 0.0) != own.reversed))
     }
 
     /// About twice the area inside a chain of edges, as seen against a direction.
