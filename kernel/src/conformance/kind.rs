@@ -9,7 +9,7 @@ use super::declaration::named;
 use super::format::places;
 use super::{Lcg, Verdict, guarded};
 use crate::Point;
-use crate::kind::{from_segment, from_triangle};
+use crate::mesh::distance::{from_segment, from_triangle};
 use crate::plugin::{Chord, CustomShape, Drawn, Faceted, Fineness, Parameters, ShapeKind, Splines};
 use crate::shape::{Derivative, Location, Shape};
 

@@ -17,7 +17,6 @@ use crate::tessellator::Fineness;
 pub use custom::CustomShape;
 pub use facets::{Drawn, Faceted};
 pub use sampled::sampled;
-pub(crate) use sampled::{from_segment, from_triangle};
 
 #[cfg(test)]
 mod tests;

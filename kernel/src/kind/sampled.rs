@@ -4,8 +4,6 @@
 mod line;
 mod net;
 
-pub(crate) use net::from_triangle;
-
 use super::facets::Faceted;
 use crate::Point;
 use crate::error::{Error, Result};
@@ -150,14 +148,6 @@ impl<'s> Sampler<'s> {
             "the shape has a gap near {letter} = {at}: it cannot be tessellated in one piece"
         ))
     }
-}
-
-/// The distance of a point from a segment.
-pub(crate) fn from_segment(p: &Point, a: &Point, b: &Point) -> f64 {
-    let (along, to) = (b - a, p - a);
-    let length = along.norm_squared();
-    let t = if length > 0.0 { (to.dot(&along) / length).clamp(0.0, 1.0) } else { 0.0 };
-    (to - along * t).norm()
 }
 
 /// Whether nearly all of a piece that is longer than the chord lies between two neighbouring quarters, as it does

@@ -2,6 +2,7 @@
 
 mod by_point;
 pub mod color;
+pub mod distance;
 mod layer;
 mod moved;
 pub mod triangulate;

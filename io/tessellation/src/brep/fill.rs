@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use loftsman_kernel::{Error, Result, Vector};
+use loftsman_kernel::mesh::distance::from_segment;
+use loftsman_kernel::{Error, Point, Result, Vector};
 
 use super::bounds::Spread;
 use super::carrier::Carrier;
@@ -326,14 +327,17 @@ fn runs_around(at: [[f64; 2]; 3], (apex, across, end): (usize, usize, usize)) ->
     if end == 1 { runs } else { -runs }
 }
 
-/// How far a corner of a triangle can be from the side across it, in space, where the surface is run over at these speeds at most: of the nearest one.
-fn thickness(at: [[f64; 2]; 3], speeds: [f64; 2]) -> f64 {
+/// How far a corner of a triangle can be from the longest side, in space, where the surface is run over at these speeds at most, and the number of
+/// the corner with which that side starts.
+fn thickness(at: [[f64; 2]; 3], speeds: [f64; 2]) -> (f64, usize) {
     let way = |k: usize, l: usize| [0, 1].map(|d: usize| (at[l][d] - at[k][d]) * speeds[d]);
     let sides = [way(0, 1), way(1, 2), way(2, 0)];
-    let longest = sides.iter().map(|[u, v]| u.hypot(*v)).fold(0.0, f64::max);
+    let lengths = sides.map(|[u, v]| u.hypot(v));
+    let longest = (1..3).fold(0, |most, k| if lengths[k] > lengths[most] { k } else { most });
     let area = (sides[0][0] * sides[1][1] - sides[0][1] * sides[1][0]).abs();
     // Both coordinates of the way to the foot count in full.
-    if longest > 0.0 { std::f64::consts::SQRT_2 * area / longest } else { 0.0 }
+    let thick = if lengths[longest] > 0.0 { std::f64::consts::SQRT_2 * area / lengths[longest] } else { 0.0 };
+    (thick, longest)
 }
 
 /// How far a triangle can be from the surface, and what would bring it nearer.
@@ -354,14 +358,23 @@ fn judge(plane: &Plane<'_>, corners: [u32; 3], fixed: [bool; 3], goal: &Goal) ->
     if on_pole > 1 {
         return Judged { error: off, far: false, wants: Wants::Nothing };
     }
-    // Between corners on one line there is nothing but the curves along its sides: what lies across these, or a border as it was cut, says how near they are.
+    let fan = (0..3).find_map(|k| poles[k].map(|(d, end)| (k, d, end)));
+    // A line to the pole has no area in space, and what lies on its back there is turned over.
+    let turned = fan.filter(|&fan| runs_around(at, fan) <= AROUND * carrier.sides[1 - fan.1].length());
     let mut drawn_in = at;
     // A pole is at all places along it.
-    for (k, (d, _)) in poles.iter().enumerate().filter_map(|(k, pole)| Some((k, (*pole)?))) {
-        drawn_in[k][1 - d] = at[(k + 1) % 3][1 - d];
+    if let Some((apex, across, _)) = fan {
+        drawn_in[apex][1 - across] = at[(apex + 1) % 3][1 - across];
     }
-    if thickness(drawn_in, carrier.bounds.speeds(low, high)) <= THIN * goal.chord {
-        return Judged { error: off, far: false, wants: Wants::Nothing };
+    let (thick, longest) = thickness(drawn_in, carrier.bounds.speeds(low, high));
+    if turned.is_none() && thick <= THIN * goal.chord {
+        // Between corners on one line there is nothing but the curves along its sides: what lies across these, or a border as it was cut, says how
+        // near they are; how near these sides are to the longest one is seen where they meet.
+        let [a, b, c] = [0, 1, 2].map(|k| Point::from(vertices[(longest + k) % 3].place));
+        let error = off.max(from_segment(&c, &a, &b));
+        if error <= goal.chord {
+            return Judged { error, far: false, wants: Wants::Nothing };
+        }
     }
     let centre = [0, 1].map(|d: usize| (at[0][d] + at[1][d] + at[2][d]) / 3.0);
     let normals = [0, 1, 2].map(|k: usize| plane.normal(corners[k], centre));
@@ -379,7 +392,6 @@ fn judge(plane: &Plane<'_>, corners: [u32; 3], fixed: [bool; 3], goal: &Goal) ->
         let whole = spread.whole([high[0] - low[0], high[1] - low[1]]);
         kinks + if upright { whole.min(spread.across(&normal).triangle(at)) } else { whole }
     };
-    let fan = (0..3).find_map(|k| poles[k].map(|(d, end)| (k, d, end)));
     let bound_by = |spread: &Spread| match fan
         .and_then(|fan| fan_bound(carrier, at, fan, spread, upright.then_some(&normal)))
     {
@@ -416,11 +428,8 @@ fn judge(plane: &Plane<'_>, corners: [u32; 3], fixed: [bool; 3], goal: &Goal) ->
         let (a, b) = (corners[k], corners[(k + 1) % 3]);
         [a.min(b), a.max(b)]
     };
-    // A line to the pole has no area in space, and what lies on its back there is turned over. Halves of the edge opposite to the pole lie as that
-    // does; the longer way to the pole halved, they come to lie beside the pole.
-    if let Some((apex, across, end)) = fan
-        && runs_around(at, (apex, across, end)) <= AROUND * carrier.sides[1 - across].length()
-    {
+    // Halves of the edge opposite to the pole lie as that does; the longer way to the pole halved, they come to lie beside the pole.
+    if let Some((apex, across, _)) = turned {
         let [a, b] = [(apex + 1) % 3, (apex + 2) % 3];
         let away = |k: usize| (at[k][across] - at[apex][across]).abs();
         // By the number of the edge that starts or ends in the corner.

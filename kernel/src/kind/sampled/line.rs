@@ -1,9 +1,10 @@
 //! A shape of one parameter as segments.
 
-use super::{HALVED, HALVED_FOR_ANGLE, MOST, Sampler, from_segment, leaps};
+use super::{HALVED, HALVED_FOR_ANGLE, MOST, Sampler, leaps};
 use crate::error::Result;
 use crate::kind::facets::{Drawn, Faceted};
 use crate::mesh::Polyline;
+use crate::mesh::distance::from_segment;
 use crate::shape::Location;
 
 /// The segments, from one end of the domain to the other.

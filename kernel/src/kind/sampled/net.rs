@@ -1,8 +1,9 @@
 //! A shape of two parameters as triangles between the lines of a grid.
 
-use super::{HALVED, HALVED_FOR_ANGLE, MOST, Sampler, from_segment, leaps};
+use super::{HALVED, HALVED_FOR_ANGLE, MOST, Sampler, leaps};
 use crate::error::Result;
 use crate::kind::facets::{Drawn, Faceted, normals};
+use crate::mesh::distance::{from_segment, from_triangle};
 use crate::mesh::{Layer, Mesh};
 use crate::shape::Location;
 use crate::{Error, Point};
@@ -146,14 +147,6 @@ fn diagonal([a, b, c, d]: [&Point; 4]) -> [[Point; 3]; 2] {
 
 fn cut_first([a, b, c, d]: [&Point; 4]) -> bool {
     (c - a).norm() <= (d - b).norm()
-}
-
-/// The distance of a point from a triangle: from its plane where it is above the inside, else from its sides.
-pub(crate) fn from_triangle(p: &Point, [a, b, c]: &[Point; 3]) -> f64 {
-    let sides = from_segment(p, a, b).min(from_segment(p, b, c)).min(from_segment(p, c, a));
-    let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) else { return sides };
-    let inside = |from: &Point, to: &Point| (to - from).cross(&(p - from)).dot(&normal) >= 0.0;
-    if inside(a, b) && inside(b, c) && inside(c, a) { (p - a).dot(&normal).abs() } else { sides }
 }
 
 fn mesh(sampler: &Sampler<'_>, us: &Pieces, vs: &Pieces, error: f64) -> Result<Faceted> {

@@ -2,11 +2,11 @@
 
 use loftsman_kernel::Point;
 use loftsman_kernel::error::Result;
+use loftsman_kernel::mesh::distance::from_triangle;
 
 use super::cut::Cut;
 use super::net::{Net, beyond_all, largest};
 use super::pattern::Quadrant;
-use super::triangle::from_triangle;
 
 /// A neighbourhood that is no further from a triangle than this part of the chord is not looked into.
 const ENOUGH: f64 = 0.02;

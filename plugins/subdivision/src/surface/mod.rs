@@ -29,7 +29,6 @@ mod spans;
 mod template;
 pub(crate) mod tessellate;
 mod tree;
-mod triangle;
 mod uneven;
 
 use std::sync::Arc;

@@ -2,11 +2,11 @@
 
 use std::ops::{Add, Div, Mul};
 
+use loftsman_kernel::mesh::distance::from_triangle;
 use loftsman_kernel::{Point, Vector};
 
 use super::local::Local;
 use super::template::Piece;
-use super::triangle::from_triangle;
 
 /// The 16 vertices of a uniform bicubic B-spline over a square, or of a Bézier patch, `u` after `u`.
 pub(crate) type Net = [Vector; 16];

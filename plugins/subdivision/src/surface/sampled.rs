@@ -1,8 +1,7 @@
 //! How far a face of a surface is from its two triangles, as found in the middles of its edges and in its own.
 
 use loftsman_kernel::Point;
-
-use super::triangle::{from_segment, from_triangle};
+use loftsman_kernel::mesh::distance::{from_segment, from_triangle};
 
 /// The largest distance of the limits of the middles of the edges from the segments between the corners, and of that of the face from the
 /// triangles. `at` are corners, middles of edges and the face's own.
