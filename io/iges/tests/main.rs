@@ -6,5 +6,6 @@ mod forms;
 mod geometry;
 mod hostile;
 mod round_trip;
+mod seams;
 mod sweeps;
 mod torn;

@@ -16,6 +16,9 @@ const PIECES: usize = 4000;
 
 /// Edges that are off by more than this part of the Brep's size are misplaced: no rounding of a writer, nor a curve that it fitted, comes to that.
 const MISPLACED: f64 = 1e-4;
+/// Edges that are off by less than this part of the Brep's size, or of how far away it is, are so by rounding.
+const ROUNDING: f64 = 1e-9;
+const ROUNDING_FAR_AWAY: f64 = 1e-12;
 /// So many flaws are told one by one.
 const TOLD: usize = 3;
 
@@ -97,13 +100,39 @@ impl Brep {
     /// # Errors
     /// When an evaluation overflows.
     pub fn flaws(&self, slack: f64) -> Result<Vec<Flaw>> {
+        self.flaws_beyond(slack, slack)
+    }
+
+    /// As [`flaws`](Self::flaws), with a search of all of a surface only for what is further off than `far`.
+    fn flaws_beyond(&self, slack: f64, far: f64) -> Result<Vec<Flaw>> {
         let surfaces: Vec<Option<Surface>> = (0..self.face_count()).map(|face| self.surface(face)).collect();
-        let found = parallel::map(self.edge_count(), |edge| self.flaws_of(edge, &surfaces, slack));
+        let found = parallel::map(self.edge_count(), |edge| self.flaws_of(edge, &surfaces, [slack, far]));
         let mut all = Vec::new();
         for one in found {
             all.extend(one?);
         }
         Ok(all)
+    }
+
+    /// How far edges are from their vertices and from the surfaces of their faces, at the places of [`flaws`](Self::flaws), where that is more than their
+    /// tolerances say: what a file should state to be taken as it is. 0 where tolerances say it all, but for rounding. What is [misplaced](Self::misplaced) is none
+    /// of it: no tolerance mends that.
+    ///
+    /// # Errors
+    /// As for [`flaws`](Self::flaws).
+    pub fn gap(&self) -> Result<f64> {
+        let (size, away) = self.extent();
+        let (least, most) = ((ROUNDING * size).max(ROUNDING_FAR_AWAY * away), MISPLACED * size);
+        let found = self.flaws_beyond(least, most)?;
+        Ok(found.iter().map(Flaw::distance).filter(|distance| *distance <= most).fold(0.0, f64::max))
+    }
+
+    /// The diagonal of the box around the vertices, and how far away that is.
+    fn extent(&self) -> (f64, f64) {
+        let vertices = self.vertices();
+        let first = vertices.first().copied().unwrap_or_default();
+        let (low, high) = vertices.iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
+        ((high - low).norm(), low.coords.amax().max(high.coords.amax()))
     }
 
     /// What is further from its place than any rounding of a writer brings it, 1e-4 of the Brep's size, the furthest first: as [`flaws`](Self::flaws), and
@@ -115,15 +144,17 @@ impl Brep {
         if let Some(known) = self.known.0.get() {
             return Ok(known.clone());
         }
-        let vertices = self.vertices();
-        let first = vertices.first().copied().unwrap_or_default();
-        let (low, high) = vertices.iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
-        let mut flaws = self.flaws(MISPLACED * (high - low).norm())?;
+        let mut flaws = self.flaws(MISPLACED * self.extent().0)?;
         flaws.sort_by(|a, b| b.distance().total_cmp(&a.distance()));
         Ok(self.known.0.get_or_init(|| flaws).clone())
     }
 
-    fn flaws_of(&self, number: usize, surfaces: &[Option<Surface>], slack: f64) -> Result<Vec<Flaw>> {
+    fn flaws_of(
+        &self,
+        number: usize,
+        surfaces: &[Option<Surface>],
+        [slack, far]: [f64; 2],
+    ) -> Result<Vec<Flaw>> {
         let mut flaws = Vec::new();
         let Some(edge) = self.edge(number) else { return Ok(flaws) };
         let (from, to) = edge.range;
@@ -148,7 +179,7 @@ impl Brep {
                 let mut foot =
                     surface.foot_within(*point, start, enough).map(|foot| (foot.at, foot.distance))?;
                 // Downhill it may have come to a border that the edge crosses, or to another sheet.
-                if foot.1 > enough.max(worst.1) && left > 0 {
+                if foot.1 > (edge.tolerance + far).max(worst.1) && left > 0 {
                     // Which of the places that are about as near matters not; of that one the distance is told as it is.
                     let (nearly, looked) = surface.nearly_closest_of(*point, 0.01 * enough, OFF, left)?;
                     left = left.saturating_sub(looked);

@@ -11,6 +11,7 @@ mod block;
 mod build;
 mod closest;
 mod covering;
+pub mod drawn;
 mod flaws;
 mod inside;
 mod loose;

@@ -1,11 +1,13 @@
 //! Breps: solids (186), shells (514) and what they are made of.
 
-use loftsman_kernel::brep::{Brep, Use};
+use loftsman_kernel::brep::{Brep, Use, UsePlace};
 use loftsman_kernel::spline::{Curve, Direction, Space};
 use loftsman_kernel::{Error, Point, Result};
 
 use super::print::{Look, Printer, Purpose, Record};
-use super::shape::is_elementary;
+use super::seams::Seams;
+use super::shape::elementary;
+use super::tips::Tips;
 
 /// Points of a surface's sides that are nearer than this part of its size are one.
 const SAME: f64 = 1e-9;
@@ -17,6 +19,8 @@ pub(crate) struct Written {
     /// Whether some of them is a solid.
     pub(crate) solid: bool,
     pub(crate) changes: Vec<&'static str>,
+    /// By how much some of it is written elsewhere than it is.
+    pub(crate) off: f64,
 }
 
 /// How faces and solids look.
@@ -54,7 +58,7 @@ impl Rim {
     /// That of a face; its vertices are added to the points. `None` where the face has edges, or its surface goes out as what it is.
     fn of(brep: &Brep, number: usize, points: &mut Vec<Point>) -> Result<Option<Self>> {
         let Some(face) = brep.face(number).filter(|face| face.loops.is_empty()) else { return Ok(None) };
-        if is_elementary(&face.surface, &face.form)? {
+        if elementary(&face.surface, &face.form)?.is_some() {
             return Ok(None);
         }
         let surface = face.surface.clamped()?;
@@ -126,7 +130,9 @@ impl Printer {
         properties: &[u32],
     ) -> Result<Written> {
         let mut changes = Vec::new();
+        let tips = Tips::of(brep)?;
         let mut points = brep.vertices().to_vec();
+        tips.put(&mut points);
         let mut rims = Vec::new();
         for face in 0..brep.face_count() {
             rims.push(Rim::of(brep, face, &mut points)?);
@@ -139,6 +145,7 @@ impl Printer {
             let Some(edge) = brep.edge(number) else {
                 return Err(Error::Invalid(format!("there is no edge {number}")));
             };
+            let edge = tips.meant(edge)?;
             curves.push((self.edge_curve(&edge)?, edge.ends));
         }
         // Those of the rims follow behind the Brep's own.
@@ -157,9 +164,15 @@ impl Printer {
             record = record.entities(&[curve, vertices]).count(start + 1).entity(vertices).count(end + 1);
         }
         let edges = if has_edges { self.put(record, Look::PART.form(1)) } else { 0 };
+        let seams = Seams::of(brep)?;
+        if seams.unsaid() {
+            changes.push(
+                "edges of faces that meet themselves are not told in their parameters, which were not found: others may take the wrong side of a seam",
+            );
+        }
         let mut faces = Vec::with_capacity(brep.face_count());
         for face in 0..brep.face_count() {
-            faces.push(self.face(brep, face, (vertices, edges), rims[face].as_ref(), looks)?);
+            faces.push(self.face(brep, face, (vertices, edges), (rims[face].as_ref(), &seams), looks)?);
         }
         let mut items = Vec::new();
         let mut in_solid = vec![false; brep.shells().len()];
@@ -205,7 +218,7 @@ impl Printer {
         if items.len() > 1 {
             changes.push("its solids and shells are objects of their own");
         }
-        Ok(Written { items, solid: count > 0, changes })
+        Ok(Written { items, solid: count > 0, changes, off: tips.off.max(seams.off()) })
     }
 
     /// A face, and whether its normal is that of its surface in the file.
@@ -214,7 +227,7 @@ impl Printer {
         brep: &Brep,
         number: usize,
         (vertices, edges): (u32, u32),
-        rim: Option<&Rim>,
+        (rim, seams): (Option<&Rim>, &Seams),
         looks: &mut dyn Looks,
     ) -> Result<(u32, bool)> {
         let Some(face) = brep.face(number) else {
@@ -224,13 +237,22 @@ impl Printer {
         // Whether the face's normal is that of the surface in the file, around which loops run there.
         let along = face.reversed != same;
         let mut loops = Vec::new();
-        for chain in &face.loops {
-            let ordered: Vec<&Use> =
-                if along { chain.iter().collect() } else { chain.iter().rev().collect() };
-            let record = ordered.iter().fold(Record::new(508).count(chain.len()), |record, one| {
+        for (place, chain) in face.loops.iter().enumerate() {
+            let all = chain.iter().enumerate();
+            let ordered: Vec<(usize, &Use)> = if along { all.collect() } else { all.rev().collect() };
+            let mut record = Record::new(508).count(chain.len());
+            for (at, one) in ordered {
                 let with = one.reversed != along;
-                record.whole(0).entity(edges).count(one.edge + 1).whole(i64::from(with)).whole(0)
-            });
+                record = record.whole(0).entity(edges).count(one.edge + 1).whole(i64::from(with));
+                let place = UsePlace { face: number, chain: place, number: at };
+                record = match seams.curve(place, &face.form, with)? {
+                    Some(flat) => {
+                        let look = Look::PART.purpose(Purpose::Parametric);
+                        record.whole(1).whole(0).entity(self.curve(&flat, look, &[]))
+                    }
+                    None => record.whole(0),
+                };
+            }
             loops.push(self.put(record, Look::PART.form(1)));
         }
         if let Some(rim) = rim {

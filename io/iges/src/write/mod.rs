@@ -4,9 +4,11 @@ mod brep;
 mod form;
 mod own;
 mod print;
+mod seams;
 mod shape;
 mod splines;
 mod style;
+mod tips;
 mod trim;
 
 use std::borrow::Cow;
@@ -35,6 +37,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         _ => scene,
     };
     let largest = scene.bounds().map_or(0.0, |(low, high)| low.coords.amax().max(high.coords.amax()));
+    let stated = resolution(&scene, largest);
     let mut printer = Printer::default();
     let styles = Styles::new(&scene);
     styles.layers(&mut printer);
@@ -46,7 +49,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         definitions: HashMap::new(),
         instances: HashSet::new(),
         report: WriteReport::default(),
-        tolerance: resolution(&scene, largest),
+        tolerance: stated.max(gap(&scene)?),
     };
     writer.scene()?;
     let Writer { printer, styles, mut report, tolerance, .. } = writer;
@@ -58,6 +61,12 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
     report.say(styles.transparent, "colour[|s] [goes|go] out opaque: IGES has no transparency");
     let bare = scene.layers.iter().filter(|layer| layer.color.is_some() || layer.parent.is_some()).count();
     report.say(bare, "layer[|s] [loses its|lose their] colour or the layer above: IGES has names of layers only; objects keep their colours");
+    if tolerance > stated {
+        let shown = loftsman_kernel::text::short(tolerance);
+        report.notes.push(format!(
+            "the file states that it is exact to {shown}: edges are as far off their surfaces, or off the tips of cones"
+        ));
+    }
     let name = sink.name().rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
     for part in printer.file(&name, (flag, unit), tolerance, largest)? {
         sink.main().write_all(&part)?;
@@ -83,17 +92,36 @@ fn unit(unit: Unit) -> (u8, &'static str, bool) {
     (flag, name, true)
 }
 
+/// The geometries of a scene.
+fn geometries(scene: &Scene) -> impl Iterator<Item = &Geometry> {
+    let defined = scene.definitions().iter().flat_map(|d| d.objects());
+    scene.objects().iter().chain(defined).map(Object::geometry)
+}
+
 /// The largest tolerance of Breps, as a file has one; else what curves on surfaces are exact to, a part of the largest coordinate: a
 /// file must have a positive one.
 fn resolution(scene: &Scene, largest: f64) -> f64 {
-    let defined = scene.definitions().iter().flat_map(|d| d.objects());
-    let all = scene.objects().iter().chain(defined).map(|object| tolerances(object.geometry()).1);
-    let tolerance = all.fold(0.0, f64::max);
+    let tolerance = geometries(scene).map(|geometry| tolerances(geometry).1).fold(0.0, f64::max);
     if tolerance > 0.0 {
         return tolerance;
     }
     let size = if largest > 0.0 && largest.is_finite() { largest } else { 1.0 };
     (RESOLUTION * size).max(f64::MIN_POSITIVE)
+}
+
+/// By how much edges of Breps are off their surfaces, where their tolerances say less.
+fn gap(scene: &Scene) -> Result<f64, FormatError> {
+    let mut gap = 0.0_f64;
+    for geometry in geometries(scene) {
+        // Others are refused by name when it is their turn.
+        let is_finite = geometry.points().iter().all(|p| p.iter().all(|c| c.is_finite()));
+        if let Geometry::Brep(brep) = geometry
+            && is_finite
+        {
+            gap = gap.max(brep.gap()?);
+        }
+    }
+    Ok(gap)
 }
 
 /// The smallest and the largest tolerance of a geometry.

@@ -112,6 +112,7 @@ impl Writer<'_, '_> {
                     changes.push("its tolerances are the largest of the file");
                 }
                 let written = p.brep(brep, &mut self.styles, look, &properties)?;
+                self.tolerance = self.tolerance.max(written.off);
                 changes.extend(written.changes);
                 (written.items, if written.solid { "solid" } else { "shell" })
             }

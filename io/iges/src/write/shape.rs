@@ -128,9 +128,7 @@ impl Printer {
 
     /// A surface as what it is, and whether its normal in the file is that of the spline.
     pub(crate) fn sheet(&mut self, surface: &Surface, form: &SurfaceForm) -> Result<(u32, bool)> {
-        if let Some(same) = same_side(surface, form)?
-            && let Some(frame) = frame_of(form)
-        {
+        if let Some((frame, same)) = elementary(surface, form)? {
             let position = Look::PART.purpose(Purpose::Definition);
             let origin = self.point(&frame.origin, position, &[]);
             let (axis, toward) = (self.direction(&frame.z), self.direction(&frame.x));
@@ -170,9 +168,10 @@ fn frame_of(form: &SurfaceForm) -> Option<Frame> {
     }
 }
 
-/// Whether a surface goes out as what it is, and not as a spline.
-pub(crate) fn is_elementary(surface: &Surface, form: &SurfaceForm) -> Result<bool> {
-    Ok(frame_of(form).is_some() && same_side(surface, form)?.is_some())
+/// The frame of a surface that goes out as what it is, and whether its normal in the file is that of the spline; `None` of one that goes out as a spline.
+pub(crate) fn elementary(surface: &Surface, form: &SurfaceForm) -> Result<Option<(Frame, bool)>> {
+    let Some(frame) = frame_of(form) else { return Ok(None) };
+    Ok(same_side(surface, form)?.map(|same| (frame, same)))
 }
 
 /// Whether the normal of a spline points as that of its form does; `None` where the spline is of no form, or has no normal anywhere

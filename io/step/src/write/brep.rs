@@ -1,11 +1,10 @@
 //! Breps: solids and shells, faces on what their surfaces are, edges on what their curves are.
 
+use loftsman_kernel::brep::drawn::{self, Drawings, Manner, Pace, is_length, turned};
 use loftsman_kernel::brep::{Brep, CurveForm, Frame, SurfaceForm};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Point, Result, Vector};
 
-use super::drawn::Drawings;
-use super::pace::{Pace, is_length, turned};
 use super::print::{Printer, flag, real, references};
 use crate::part21::encode;
 
@@ -23,6 +22,9 @@ pub(crate) struct Written {
     pub(crate) uncertainty: f64,
 }
 
+/// How edges are told in the parameters of faces that meet themselves.
+const MANNER: Manner = Manner { conics: true, backs: true };
+
 /// A surface that was written.
 pub(super) struct Sheet {
     pub(super) number: u64,
@@ -32,6 +34,13 @@ pub(super) struct Sheet {
     pub(super) elementary: bool,
     /// What was written, where that is a spline.
     pub(super) spline: Option<Surface>,
+}
+
+impl Sheet {
+    /// What of it says how edges are in its parameters.
+    fn drawn(&self) -> drawn::Sheet<'_> {
+        drawn::Sheet { same: self.same, elementary: self.elementary, spline: self.spline.as_ref() }
+    }
 }
 
 fn no_face(number: usize) -> loftsman_kernel::Error {
@@ -50,7 +59,7 @@ impl Printer {
         }
         let mut drawings = Drawings::default();
         for (face, sheet) in sheets.iter().enumerate() {
-            drawings.add(brep, face, sheet);
+            drawings.add(brep, face, &sheet.drawn(), MANNER);
         }
         let (mut edges, mut left) = (Vec::with_capacity(brep.edge_count()), false);
         for edge in 0..brep.edge_count() {
@@ -126,7 +135,11 @@ impl Printer {
         if largest < drawings.off {
             changes.push("its tolerance is larger, as seams miss the tips of their faces by more");
         }
-        let uncertainty = largest.max(drawings.off);
+        let gap = brep.gap()?;
+        if largest.max(drawings.off) < gap {
+            changes.push("its tolerance is larger, as edges are off their surfaces by more");
+        }
+        let uncertainty = largest.max(drawings.off).max(gap);
         Ok(Written { items, faces, solid, changes, uncertainty })
     }
 

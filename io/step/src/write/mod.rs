@@ -1,15 +1,11 @@
 //! The writer: a product for each object, assemblies of what hangs under one another.
 
 mod brep;
-mod chart;
 mod context;
-mod drawn;
 mod facets;
-mod fitted;
 mod form;
 mod item;
 mod occurrence;
-mod pace;
 mod paint;
 mod parameters;
 mod print;

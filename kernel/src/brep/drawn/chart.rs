@@ -2,9 +2,10 @@
 
 use std::f64::consts::{PI, TAU};
 
-use loftsman_kernel::brep::{Frame, SurfaceForm};
-use loftsman_kernel::spline::{ParameterSide, Surface};
-use loftsman_kernel::{Point, Result};
+use crate::Point;
+use crate::brep::{Frame, SurfaceForm};
+use crate::error::Result;
+use crate::spline::{ParameterSide, Surface};
 
 /// Points nearer to a pole than this part of the size have no parameter around it.
 const POLE: f64 = 1e-7;

@@ -2,15 +2,18 @@
 
 use std::f64::consts::TAU;
 
-use loftsman_kernel::brep::{CurveForm, Edge, Frame};
-use loftsman_kernel::spline::Curve;
-use loftsman_kernel::{Point, Result, Vector};
+use crate::brep::{CurveForm, Edge, Frame};
+use crate::error::Result;
+use crate::spline::Curve;
+use crate::{Point, Vector};
 
 /// The parameters of a written curve where an edge starts and ends; the second is less where the edge runs against it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Pace {
-    pub(super) from: f64,
-    pub(super) to: f64,
+pub struct Pace {
+    /// The parameter where the edge starts.
+    pub from: f64,
+    /// The parameter where it ends.
+    pub to: f64,
     /// The axes and half diameters of what has angles for parameters, or areas as a hyperbola.
     round: Option<(Frame, [f64; 2])>,
     hyperbolic: bool,
@@ -18,7 +21,10 @@ pub(super) struct Pace {
 
 impl Pace {
     /// That of the curve which is written for an edge, the way it runs or [from its back](can_turn): a circle's is its angle.
-    pub(super) fn of(edge: &Edge, back: bool) -> Result<Self> {
+    ///
+    /// # Errors
+    /// When an evaluation overflows.
+    pub fn of(edge: &Edge, back: bool) -> Result<Self> {
         let (from, to) = edge.range;
         let points = [edge.curve.point(from)?, edge.curve.point(to)?];
         let around = |frame: &Frame, radii: [f64; 2]| -> Result<Self> {
@@ -69,22 +75,25 @@ impl Pace {
     }
 
     /// Whether the edge runs along the written curve.
-    pub(super) fn along(&self) -> bool {
+    pub fn along(&self) -> bool {
         self.from < self.to
     }
 
     /// Whether equal shares of the way are equal shares of the spline's parameters.
-    pub(super) fn is_even(&self) -> bool {
+    pub fn is_even(&self) -> bool {
         self.round.is_none()
     }
 
     /// The parameter of the written curve at a share of the edge.
-    pub(super) fn at(&self, share: f64) -> f64 {
+    pub fn at(&self, share: f64) -> f64 {
         self.from + (self.to - self.from) * share
     }
 
     /// The point of the written curve at a share of the way, of which `own` is the spline.
-    pub(super) fn point(&self, own: &Curve, share: f64) -> Result<Point> {
+    ///
+    /// # Errors
+    /// When an evaluation overflows.
+    pub fn point(&self, own: &Curve, share: f64) -> Result<Point> {
         let Some((frame, [a, b])) = self.round else {
             let (from, to) = own.domain();
             return own.point(if share >= 1.0 { to } else { from + (to - from) * share });
@@ -96,17 +105,17 @@ impl Pace {
 }
 
 /// Whether the curve of an edge can be written from its back: the same, the other way round.
-pub(super) fn can_turn(edge: &Edge) -> bool {
+pub fn can_turn(edge: &Edge) -> bool {
     !matches!(edge.form, CurveForm::Parabola { .. } | CurveForm::Hyperbola { .. })
 }
 
 /// The frame of the same circle seen from the other side.
-pub(super) fn turned(frame: &Frame) -> Frame {
+pub fn turned(frame: &Frame) -> Frame {
     Frame { z: -frame.z, ..*frame }
 }
 
 /// Whether a line is as long as can be computed with: beyond this the squares of lengths are no numbers.
-pub(super) fn is_length(ends: [Point; 2]) -> bool {
+pub fn is_length(ends: [Point; 2]) -> bool {
     (1e-150..1e150).contains(&nalgebra::distance(&ends[0], &ends[1]))
 }
 

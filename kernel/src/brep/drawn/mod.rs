@@ -5,40 +5,66 @@
 //! no area of a sphere whose seam lies a rounding error to one side of the surface's own). So all edges of such a face are said, or none: readers shift what they compute by a turn
 //! against what is given. A face between lines of constant parameters and a seam, as most cylinders are, is read as it is by all, and stays short.
 
+mod chart;
+mod fitting;
+mod pace;
+mod track;
+
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use loftsman_kernel::Result;
-use loftsman_kernel::brep::{Brep, Edge, Face, Parts, Projected, UsePlace, Vertex};
-use loftsman_kernel::spline::Curve;
-use loftsman_kernel::spline::trimmed::ParameterCurve;
+use crate::error::Result;
+pub use fitting::at_pace;
+pub use pace::{Pace, can_turn, is_length, turned};
+pub use track::noise;
 
-use super::brep::Sheet;
-use super::chart::Chart;
-use super::fitted::{Track, is_iso};
-use super::pace::{Pace, can_turn};
-use super::parameters::at_pace;
+use super::{Brep, CurveForm, Edge, Face, Parts, Projected, UsePlace, Vertex};
+use crate::spline::trimmed::ParameterCurve;
+use crate::spline::{Curve, Surface};
+
+use chart::Chart;
+use track::{Track, is_iso};
 
 /// What splines may be apart where they close, as a part of their size.
 const CLOSED: f64 = 1e-7;
 
+/// The surface of a face, as a file has it.
+#[derive(Debug, Clone, Copy)]
+pub struct Sheet<'s> {
+    /// Whether its normal in the file is that of the spline.
+    pub same: bool,
+    /// Whether it is written as a plane, cylinder, cone, sphere or torus.
+    pub elementary: bool,
+    /// What is written, where that is a spline.
+    pub spline: Option<&'s Surface>,
+}
+
+/// How a file has the edges of faces that meet themselves.
+#[derive(Debug, Clone, Copy)]
+pub struct Manner {
+    /// Whether conics are written as what they are, over their own parameters; else lines and circles are, the way the edge runs, and all others as splines.
+    pub conics: bool,
+    /// Whether seams are [written from their backs](Drawings::back) where that helps: files that have a parameter curve with each use need it not.
+    pub backs: bool,
+}
+
 /// Edges in the parameters of faces.
-#[derive(Default)]
-pub(super) struct Drawings {
+#[derive(Debug, Default)]
+pub struct Drawings {
     /// Over the parameters of the written curve, by where they are used.
-    pub(super) curves: BTreeMap<UsePlace, Curve>,
+    pub curves: BTreeMap<UsePlace, Curve>,
     /// Edges whose curves are written from their backs.
-    pub(super) back: BTreeSet<usize>,
+    pub back: BTreeSet<usize>,
     /// Whether a face has edges that should be said and are not, as they could not be.
-    pub(super) unsaid: bool,
+    pub unsaid: bool,
     /// By how much curves are off their edges, where the tolerances of these say less.
-    pub(super) off: f64,
+    pub off: f64,
 }
 
 impl Drawings {
     /// Adds the edges of a face that meets itself along one of them; nothing of another face. One that cannot be said is written without, as others are, and
     /// that is known afterwards.
-    pub(super) fn add(&mut self, brep: &Brep, face: usize, sheet: &Sheet) {
-        match drawn(brep, face, sheet) {
+    pub fn add(&mut self, brep: &Brep, face: usize, sheet: &Sheet<'_>, manner: Manner) {
+        match drawn(brep, face, sheet, manner) {
             Ok(Some(mut found)) => {
                 self.curves.append(&mut found.curves);
                 self.back.append(&mut found.back);
@@ -56,12 +82,12 @@ struct Laid {
 }
 
 /// The edges of a face, none where nothing is to be said; `None` where they cannot be.
-fn drawn(brep: &Brep, face: usize, sheet: &Sheet) -> Result<Option<Drawings>> {
+fn drawn(brep: &Brep, face: usize, sheet: &Sheet<'_>, manner: Manner) -> Result<Option<Drawings>> {
     let nothing = Ok(Some(Drawings::default()));
     let Some(alone) = seams(brep, face) else { return nothing };
     let form = brep.surface_form(face);
     let size = size_of(brep, face);
-    let chart = match &sheet.spline {
+    let chart = match sheet.spline {
         Some(surface) => Chart::of_spline(surface, CLOSED * size)?,
         None if sheet.elementary => Chart::of_form(&form, size),
         None => None,
@@ -80,13 +106,16 @@ fn drawn(brep: &Brep, face: usize, sheet: &Sheet) -> Result<Option<Drawings>> {
         for (number, one) in uses.iter().enumerate() {
             let place = UsePlace { face, chain, number };
             let laid = laid.get(chain).and_then(|chain| chain.get(number));
-            let (Some(edge), Some(laid)) = (brep.edge(one.edge), laid) else { return Ok(None) };
-            let back = runs_back(brep, one.edge, &edge)?;
+            let (Some(mut edge), Some(laid)) = (brep.edge(one.edge), laid) else { return Ok(None) };
+            if !manner.conics {
+                edge.form = upright(&edge)?;
+            }
+            let back = manner.backs && runs_back(brep, one.edge, &edge)?;
             let pace = Pace::of(&edge, back)?;
             if back {
                 all.back.insert(one.edge);
             }
-            if let (Some(own), Some(surface)) = (&laid.own, &sheet.spline)
+            if let (Some(own), Some(surface)) = (&laid.own, sheet.spline)
                 && let Some(curve) = at_pace(own, &edge, surface, pace)?
             {
                 all.curves.insert(place, curve);
@@ -127,6 +156,18 @@ fn drawn(brep: &Brep, face: usize, sheet: &Sheet) -> Result<Option<Drawings>> {
         }
     }
     Ok(Some(all))
+}
+
+/// What is written of an edge where conics but circles are splines: always along the edge.
+fn upright(edge: &Edge) -> Result<CurveForm> {
+    Ok(match edge.form {
+        CurveForm::Line => CurveForm::Line,
+        CurveForm::Circle { frame, radius } => {
+            let along = Pace::of(edge, false)?.along();
+            CurveForm::Circle { frame: if along { frame } else { turned(&frame) }, radius }
+        }
+        _ => CurveForm::Spline,
+    })
 }
 
 /// Whether the curve of a seam is to be written from its back: so that the later use of it runs along. OpenCASCADE gives the two parameter curves to the uses in their order, and
@@ -187,7 +228,7 @@ fn on_spline(brep: &Brep, face: usize) -> Result<Vec<Vec<Laid>>> {
 }
 
 /// Where edges start and end in the parameters of an elementary surface: the face on the spline whose angles start where the schema's do.
-fn on_covering(brep: &Brep, face: usize, sheet: &Sheet, chart: &Chart<'_>) -> Result<Vec<Vec<Laid>>> {
+fn on_covering(brep: &Brep, face: usize, sheet: &Sheet<'_>, chart: &Chart<'_>) -> Result<Vec<Vec<Laid>>> {
     let form = brep.surface_form(face);
     let Some(own) = brep.face(face) else { return Ok(Vec::new()) };
     let covering = form.covering(own.surface.points())?;

@@ -1,9 +1,10 @@
 //! An edge in the parameters of a surface, at the pace of the curve that is written for it.
 
-use loftsman_kernel::brep::Edge;
-use loftsman_kernel::spline::pieces::{self, Interpolation, Limits, Net};
-use loftsman_kernel::spline::{Curve, Space};
-use loftsman_kernel::{Point, Result};
+use crate::Point;
+use crate::brep::Edge;
+use crate::error::Result;
+use crate::spline::pieces::{self, Interpolation, Limits, Net};
+use crate::spline::{Curve, Space};
 
 use super::chart::Chart;
 use super::pace::Pace;
@@ -80,8 +81,7 @@ impl<'c> Track<'c> {
             edge.tolerance.max(NEAR * size),
         );
         // A place by a pole is at all angles, but for noise: also at that of the place before it.
-        let away = points.iter().map(|p| p.coords.norm()).fold(0.0, f64::max);
-        let noise = near.max((NOISE * size).max(NOISE_FAR_AWAY * away).min(MOST_NOISE * size));
+        let noise = noise(&points, edge.tolerance);
         let same = |a: [f64; 2], b: [f64; 2]| -> Result<bool> {
             let turned = [0, 1].map(|d: usize| if turns[d].is_some() { b[d] } else { a[d] });
             Ok(slip(chart, a, turned)?.is_some_and(|slip| slip <= noise))
@@ -303,6 +303,14 @@ impl<'c> Track<'c> {
         }
         Ok(Some(most))
     }
+}
+
+/// How far an edge with these points may miss the pole of a surface by the noise of a file.
+pub fn noise(points: &[Point], tolerance: f64) -> f64 {
+    let Some(first) = points.first() else { return tolerance };
+    let size = points.iter().map(|p| (p - first).norm()).fold(0.0, f64::max);
+    let away = points.iter().map(|p| p.coords.norm()).fold(0.0, f64::max);
+    tolerance.max(NEAR * size).max((NOISE * size).max(NOISE_FAR_AWAY * away).min(MOST_NOISE * size))
 }
 
 /// What a curve in parameters is at a parameter of its own.
