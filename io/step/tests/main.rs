@@ -14,3 +14,4 @@ mod round_trip;
 mod seams;
 mod sweeps;
 mod swept;
+mod wound;

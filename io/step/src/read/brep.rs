@@ -32,14 +32,14 @@ pub(crate) struct Model {
 
 /// The parts of one Brep, as they are found.
 pub(crate) struct Builder<'r, 'f> {
-    space: Space<'r, 'f>,
+    pub(super) space: Space<'r, 'f>,
     styles: &'r Styles,
     pub(super) parts: Parts,
     vertices: HashMap<u64, usize>,
     /// Of each EDGE_CURVE the edge, and whether that runs the other way.
     edges: HashMap<u64, (usize, bool)>,
     /// Where the curves of edges come from.
-    origins: HashMap<usize, Origin>,
+    pub(super) origins: HashMap<usize, Origin>,
     /// Edges between points of polygons.
     segments: HashMap<[usize; 2], usize>,
     whole: Vec<u64>,
@@ -169,7 +169,7 @@ impl<'r, 'f> Builder<'r, 'f> {
                     }
                 }
                 if !shell.faces.is_empty() {
-                    self.turn_loops(&shell, &numbers);
+                    self.turn_loops(&shell, &numbers, turned);
                     self.parts.shells.push(shell);
                 }
                 Ok(())

@@ -17,6 +17,7 @@ mod surface;
 mod swept;
 mod turned;
 mod units;
+mod wound;
 
 use loftsman_kernel::plugin::{Confidence, FormatError, Place, ReadOptions, ReadReport, Source};
 use loftsman_kernel::scene::Scene;

@@ -3,6 +3,8 @@
 //! Only those of B-spline surfaces can be taken, whose parameters are kept: planes, cylinders and their like become splines with parameters of
 //! their own. What runs along a line of parameters is computed in any case: it is exact then, which files are not. Whether one is as near to its edge as that says it is, the Brep decides where it uses it.
 
+use std::f64::consts::TAU;
+
 use loftsman_kernel::Point;
 use loftsman_kernel::spline::trimmed::{ParameterCurve, Region};
 use loftsman_kernel::spline::{Curve, Space as Knots, Surface, Trimmed};
@@ -17,6 +19,9 @@ use crate::part21::Entity;
 const SLACK: f64 = 1e-9;
 /// A curve whose parameter changes by less, as a part of the domain, is meant to be a line of it.
 const STRAIGHT: f64 = 1e-6;
+
+/// Angles that are less than this short of a turn are none.
+const ROUNDING: f64 = 1e-9;
 
 /// Where the curve of an edge comes from: the entity, and its parameters there where the edge starts and ends.
 #[derive(Debug, Clone, Copy)]
@@ -41,8 +46,8 @@ impl Basis {
                 let (a, b) = (at(from)?, at(to)?);
                 // Angles go on in the sense of the edge, all around where it closes.
                 let turn = |angle: f64| {
-                    let rest = angle.rem_euclid(std::f64::consts::TAU);
-                    if rest > 1e-9 { rest } else { std::f64::consts::TAU }
+                    let rest = angle.rem_euclid(TAU);
+                    if rest > 1e-9 { rest } else { TAU }
                 };
                 Some(if along { [a, a + turn(b - a)] } else { [a, a - turn(a - b)] })
             }
@@ -97,6 +102,27 @@ impl Space<'_, '_> {
         }
         let holds = curve.points().iter().all(|p| inside(p.x, surface.u()) && inside(p.y, surface.v()));
         Ok(if holds { ParameterCurve::whole(curve).ok().map(|curve| (curve, one)) } else { None })
+    }
+
+    /// What an edge is in the parameters of a surface, from its start to its end: two curves where it is a seam. None that cannot be read.
+    pub(crate) fn planar_curves(&self, origin: Origin, surface: u64) -> Got<Vec<Curve>> {
+        let mut range = origin.range;
+        if let (Basis::Ellipse { .. }, _) = self.basis(origin.curve, 0)? {
+            // As others have angles: the lesser one from 0 to a turn.
+            let low = range[0].min(range[1]);
+            let start = low.rem_euclid(TAU);
+            let start = if start > TAU - ROUNDING { start - TAU } else { start };
+            range = range.map(|angle| angle - low + start);
+        }
+        let mut found = Vec::new();
+        for one in self.on_surface(origin.curve, surface)? {
+            let representation = self.entity(self.entity(one)?.args().reference(2)?)?;
+            let items = representation.of("DEFINITIONAL_REPRESENTATION")?.references(1)?;
+            if let Some(&item) = items.first() {
+                found.extend(self.planar(item, range)?);
+            }
+        }
+        Ok(found)
     }
 
     /// What curves bound on a B-spline surface, and the PCURVEs of these: a CURVE_BOUNDED_SURFACE.

@@ -27,11 +27,11 @@ impl Builder<'_, '_> {
 
     /// Turns those bounds round that run against what the others around them say, where the shell closes then and not without; says so. Programs
     /// write some of their bounds with the wrong flag, and read them the right way round.
-    pub(super) fn turn_loops(&mut self, shell: &Shell, numbers: &[u64]) {
+    pub(super) fn turn_loops(&mut self, shell: &Shell, numbers: &[u64], reversed: bool) {
         if self.closes(shell) {
             return;
         }
-        let Some(turned) = self.against(shell) else { return };
+        let Some(turned) = self.against(shell, numbers, reversed) else { return };
         for (&face, number) in shell.faces.iter().zip(numbers) {
             let loops = &mut self.parts.faces[face].loops;
             let (count, mut some) = (loops.len(), 0);
@@ -57,9 +57,9 @@ impl Builder<'_, '_> {
     }
 
     /// The bounds (face and place there) that have to be turned for each edge of a shell to be used once in each direction. Of all that hang together there are
-    /// two choices: the outer bounds of planes run counterclockwise in one of them; where there are none, it is that which turns a few. `None` where
-    /// no choice is enough, or it is not clear which ones are wrong.
-    fn against(&self, shell: &Shell) -> Option<BTreeSet<(usize, usize)>> {
+    /// two choices: the outer bounds of planes run counterclockwise in one of them; where there are none, those of other faces do in the parameters that the file has; where
+    /// it has none either, it is that which turns a few. `None` where no choice is enough, or it is not clear which ones are wrong.
+    fn against(&self, shell: &Shell, numbers: &[u64], reversed: bool) -> Option<BTreeSet<(usize, usize)>> {
         let loops = |face: usize| self.parts.faces[face].loops.iter().enumerate();
         let bounds: Vec<(usize, usize)> =
             shell.faces.iter().flat_map(|&face| loops(face).map(move |(k, _)| (face, k))).collect();
@@ -81,6 +81,7 @@ impl Builder<'_, '_> {
             .iter()
             .filter_map(|&face| self.outer(face).map(|(bound, is_wrong)| ((face, bound), is_wrong)))
             .collect();
+        let mut others: Option<BTreeMap<(usize, usize), bool>> = None;
         let mut found = BTreeSet::new();
         let mut turned: Vec<Option<bool>> = vec![None; bounds.len()];
         for first in 0..bounds.len() {
@@ -104,10 +105,16 @@ impl Builder<'_, '_> {
                     }
                 }
             }
-            let mut said =
-                together.iter().filter_map(|&(bound, own)| Some(*planes.get(&bounds[bound])? == own));
-            let wrong = match said.next() {
-                Some(first) if said.all(|other| other == first) => first,
+            let said = |known: &BTreeMap<(usize, usize), bool>| -> Vec<bool> {
+                let all = together.iter();
+                all.filter_map(|&(bound, own)| Some(*known.get(&bounds[bound])? == own)).collect()
+            };
+            let mut all = said(&planes);
+            if all.is_empty() {
+                all = said(others.get_or_insert_with(|| self.others(shell, numbers, reversed)));
+            }
+            let wrong = match all.first() {
+                Some(&first) if all.iter().all(|other| *other == first) => first,
                 Some(_) => return None,
                 None => {
                     let fewer = counts[1] < counts[0];
@@ -120,6 +127,16 @@ impl Builder<'_, '_> {
             found.extend(together.iter().filter(|one| one.1 == wrong).map(|one| bounds[one.0]));
         }
         Some(found)
+    }
+
+    /// The outer bounds of the faces of a shell by their parameter curves, and whether they run the wrong way round.
+    fn others(&self, shell: &Shell, numbers: &[u64], reversed: bool) -> BTreeMap<(usize, usize), bool> {
+        let faces = shell.faces.iter().zip(numbers);
+        let outer = |(&face, &number)| {
+            let (bound, is_wrong) = self.outer_in_parameters(face, number, reversed)?;
+            Some(((face, bound), is_wrong))
+        };
+        faces.filter_map(outer).collect()
     }
 
     /// The outer bound of a plane, also of one that is a spline, and whether it runs clockwise about the normal of its face; `None` of another face.
