@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use crate::common::{entity, file, read};
+use loftsman_kernel::brep::{CurveForm, Flaw};
 use loftsman_kernel::plugin::{FormatError, ReadReport};
 use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::spline::Trimmed;
@@ -115,4 +116,22 @@ fn ellipses_that_opencascade_turned_are_taken_from_parameters() {
         let told = told(&report.approximated);
         assert!(told.contains(&format!("torn in space, by {gap}")), "{name}: {told}");
     }
+}
+
+/// The tip of a cone beyond a slanted plane: OpenCASCADE turned the ellipse between them about its centre. It is turned back, ends at its vertex and lies on both faces.
+#[test]
+fn whole_ellipses_of_solids_are_turned_back() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/made/turned_ellipse.igs");
+    let (scene, report) = read(&std::fs::read_to_string(path).unwrap()).unwrap();
+    assert!(report.notes.iter().any(|note| note.contains("it is turned back")), "{report:?}");
+    let brep = scene.objects().iter().find_map(|object| match object.geometry() {
+        Geometry::Brep(brep) => Some(brep),
+        _ => None,
+    });
+    let brep = brep.unwrap();
+    assert_eq!(brep.solids().len(), 1, "{report:?}");
+    let forms: Vec<CurveForm> = (0..brep.edge_count()).map(|edge| brep.edge(edge).unwrap().form).collect();
+    assert!(forms.iter().any(|form| matches!(form, CurveForm::Ellipse { .. })), "{forms:?}");
+    let off = brep.flaws(0.0).unwrap().iter().map(Flaw::distance).fold(0.0, f64::max);
+    assert!(off < 2e-6, "{off}: {:?}", brep.flaws(0.0));
 }

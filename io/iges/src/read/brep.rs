@@ -10,6 +10,7 @@ use loftsman_kernel::{Point, Result};
 use super::curve::{Run, moved_points};
 use super::entity::{At, Entity, Got, Problem, Reader};
 use super::style::Styles;
+use super::whole::turned_back;
 
 /// What is made of one solid, shell or face.
 pub(crate) struct Model {
@@ -266,9 +267,16 @@ impl<'a, 'r, 'f> Builder<'a, 'r, 'f> {
         let ends = [vertex(self, at + 1)?, vertex(self, at + 3)?];
         let points = ends.map(|end| self.parts.vertices[end].point);
         let curve = entity.pointer(at)?;
-        let run = self.reader.curve(curve, 0)?;
+        let mut run = self.reader.curve(curve, 0)?;
         let size = run.curve.points().iter().map(|p| (p - points[0]).amax()).fold(0.0, f64::max);
         let near = self.reader.near(10.0 * size);
+        if ends[0] == ends[1]
+            && let Some((meant, form)) = turned_back(&run.curve, points[0], near).at(curve)?
+        {
+            let number = self.reader.file.number(curve);
+            self.notes.push(format!("D{number}: a whole ellipse is turned by the angle that it starts at, away from its vertex: it is turned back"));
+            run = Run { curve: meant, form, ..run };
+        }
         let OnCurve { curve, range, reversed, form } =
             on_curve(run, points, ends[0] == ends[1], near).at(curve)?;
         let ends = if reversed { [ends[1], ends[0]] } else { ends };

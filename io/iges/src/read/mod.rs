@@ -16,6 +16,7 @@ mod torn;
 mod tree;
 mod trim;
 mod turned;
+mod whole;
 
 use loftsman_kernel::plugin::{Confidence, FormatError, Place, ReadOptions, ReadReport, Source};
 use loftsman_kernel::scene::Scene;
