@@ -122,7 +122,7 @@ fn planar(all: &HashMap<u64, &str>, number: u64) -> Curve {
 }
 
 /// All ways in which the face may be given: each use of an edge is in the file along the way that the loop goes, from where the one before it ended, and beside the seam on its own
-/// side; the later use of a seam runs along its curve.
+/// side; the later use of a seam runs along its curve. The loop starts with a seam.
 #[test]
 fn edges_beside_a_seam_are_said_in_parameters_without_a_jump() {
     let form = SurfaceForm::Sphere { frame: frame(), radius: RADIUS };
@@ -147,6 +147,7 @@ fn edges_beside_a_seam_are_said_in_parameters_without_a_jump() {
                 let curves = references(curve);
                 let is_seam = curve.starts_with("SEAM_CURVE(");
                 assert_eq!(curves.len(), if is_seam { 3 } else { 2 }, "{case}: {curve}");
+                assert!(is_seam || !runs.is_empty(), "{case}: it starts beside the seam");
                 let before = *seen.entry(edge).and_modify(|count| *count += 1).or_insert(1);
                 assert!(!is_seam || before == 1 || along, "{case}: the later use runs against the curve");
                 // Of a seam the first is that of the use along the edge.

@@ -1,7 +1,7 @@
 //! Breps: solids and shells, faces on what their surfaces are, edges on what their curves are.
 
 use loftsman_kernel::brep::drawn::{self, Drawings, Manner, Pace, is_length, turned};
-use loftsman_kernel::brep::{Brep, CurveForm, Frame, SurfaceForm};
+use loftsman_kernel::brep::{Brep, CurveForm, Frame, SurfaceForm, UsePlace};
 use loftsman_kernel::spline::Surface;
 use loftsman_kernel::{Point, Result, Vector};
 
@@ -75,7 +75,7 @@ impl Printer {
         }
         let mut faces = Vec::with_capacity(brep.face_count());
         for (face, sheet) in sheets.iter().enumerate() {
-            faces.push(self.face(brep, face, sheet, (&vertices, &edges))?);
+            faces.push(self.face(brep, face, sheet, (&vertices, &edges, &drawings))?);
         }
         let mut items = Vec::new();
         let mut in_solid = vec![false; brep.shells().len()];
@@ -206,16 +206,22 @@ impl Printer {
     fn face(
         &mut self,
         brep: &Brep,
-        number: usize,
+        at: usize,
         sheet: &Sheet,
-        (vertices, edges): (&[u64], &[u64]),
+        (vertices, edges, drawings): (&[u64], &[u64], &Drawings),
     ) -> Result<u64> {
-        let Some(face) = brep.face(number) else { return Err(no_face(number)) };
+        let Some(face) = brep.face(at) else { return Err(no_face(at)) };
         let (surface, same) = (sheet.number, sheet.same);
         let mut bounds = Vec::new();
-        for chain in &face.loops {
+        for (place, chain) in face.loops.iter().enumerate() {
+            // A loop that has a seam starts with it: OpenCASCADE exchanged the sides of seams of a hollow in which a loop started elsewhere.
+            let is_seam = |number: usize| {
+                let said = drawings.curves.contains_key(&UsePlace { face: at, chain: place, number });
+                said && chain.iter().filter(|one| one.edge == chain[number].edge).count() == 2
+            };
+            let first = (0..chain.len()).find(|&number| is_seam(number)).unwrap_or(0);
             let mut uses = Vec::new();
-            for one in chain {
+            for one in chain[first..].iter().chain(&chain[..first]) {
                 let along = flag(!one.reversed);
                 uses.push(self.put(&format!("ORIENTED_EDGE('',*,*,#{},{along})", edges[one.edge])));
             }
