@@ -202,7 +202,7 @@ fn opencascade_finds_solids_whose_seams_are_off_by_noise() {
     for ((file, found), (_, exact)) in files.iter().zip(found).zip(cases.iter().flat_map(|case| [case; 2])) {
         assert_eq!(at(&found, "valid"), true, "{file:?}");
         let area = number(&found, "area");
-        assert!((area / exact - 1.0).abs() < 1e-6, "{file:?}: {area}, {exact}");
+        assert!((area / exact - 1.0).abs() < 2e-5, "{file:?}: {area}, {exact}");
     }
 }
 

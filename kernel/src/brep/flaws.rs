@@ -19,6 +19,8 @@ const MISPLACED: f64 = 1e-4;
 /// Edges that are off by less than this part of the Brep's size, or of how far away it is, are so by rounding.
 const ROUNDING: f64 = 1e-9;
 const ROUNDING_FAR_AWAY: f64 = 1e-12;
+/// What is off by no more than this many times its tolerance is as the file meant it: readers allow for that, and a larger tolerance moves more.
+const MEANT: f64 = 2.0;
 /// So many flaws are told one by one.
 const TOLD: usize = 3;
 
@@ -114,8 +116,8 @@ impl Brep {
         Ok(all)
     }
 
-    /// How far edges are from their vertices and from the surfaces of their faces, at the places of [`flaws`](Self::flaws), where that is more than their
-    /// tolerances say: what a file should state to be taken as it is. 0 where tolerances say it all, but for rounding. What is [misplaced](Self::misplaced) is none
+    /// How far edges are from their vertices and from the surfaces of their faces, at the places of [`flaws`](Self::flaws), where that is more than twice what their
+    /// tolerances say: what a file should state to be taken as it is. 0 where tolerances say it, but for rounding. What is [misplaced](Self::misplaced) is none
     /// of it: no tolerance mends that.
     ///
     /// # Errors
@@ -124,7 +126,12 @@ impl Brep {
         let (size, away) = self.extent();
         let (least, most) = ((ROUNDING * size).max(ROUNDING_FAR_AWAY * away), MISPLACED * size);
         let found = self.flaws_beyond(least, most)?;
-        Ok(found.iter().map(Flaw::distance).filter(|distance| *distance <= most).fold(0.0, f64::max))
+        let said = |flaw: &Flaw| match *flaw {
+            Flaw::End { edge, vertex, .. } => self.tolerances[vertex].max(self.edges[edge].tolerance),
+            Flaw::Off { edge, .. } => self.edges[edge].tolerance,
+        };
+        let more = found.iter().filter(|flaw| flaw.distance() > MEANT * said(flaw));
+        Ok(more.map(Flaw::distance).filter(|distance| *distance <= most).fold(0.0, f64::max))
     }
 
     /// The diagonal of the box around the vertices, and how far away that is.
