@@ -172,13 +172,14 @@ impl Cells for Brep {
         self.product(face)?.cell(index - self.places.cells[face], u32::try_from(face).ok())
     }
 
+    fn patch(&self, face: Option<u32>) -> Option<Patch<'_>> {
+        let Product { u, v, weights, first } = self.product(face? as usize)?;
+        Some(Patch { face, splines: Splines { u, v: Some(v), weights }, first })
+    }
+
     fn patches(&self) -> Vec<Patch<'_>> {
-        let faces = self.may_move();
-        let patch = |face: usize| {
-            let Product { u, v, weights, first } = self.product(face)?;
-            Some(Patch { face: u32::try_from(face).ok(), splines: Splines { u, v: Some(v), weights }, first })
-        };
-        faces.into_iter().filter_map(patch).collect()
+        let patch = |face: usize| self.patch(u32::try_from(face).ok());
+        self.may_move().into_iter().filter_map(patch).collect()
     }
 
     /// Where a face has loops.

@@ -5,8 +5,10 @@ use super::nets::nets;
 use super::{Lcg, Verdict, guarded};
 use crate::error::Result;
 use crate::shape::{
-    BoundaryEdge, Cell, CellSide, Derivative, Location, Neighbours, Shape, Stencil, Strip, cells_of, strips,
+    BoundaryEdge, Cell, CellSide, Derivative, Location, Neighbours, Patch, Shape, Splines, Stencil, Strip,
+    cells_of, strips,
 };
+use crate::spline::Product;
 use crate::spline::gram::gauss_legendre;
 use crate::spline::space::{MAX_ORDER, Space};
 
@@ -23,7 +25,7 @@ const LEFT_OUT: f64 = 1e-3;
 ///   parameters, is refused.
 /// * *Cells* cover the domain (of a surface of many faces that of each, but for a thousandth) once; each names all vertices that its points depend on, and no others; where it is not rational its
 ///   functions are polynomials of its degree. *Holes*, where it says any, are all that they leave out, each with a border along which it is a
-///   polynomial. *Nets*, where it says any, are those of all cells, and the patches that its stencils are there. Where it says that
+///   polynomial. Where it says that they are of tensor-product splines, these have its stencils. *Nets*, where it says any, are those of all cells, and the patches that its stencils are there. Where it says that
 ///   cells always meet they do.
 /// * *Edges*: stencils along them are those of their strips.
 /// * *Neighbours* are mutual; a grid has as many places as there are vertices.
@@ -239,6 +241,13 @@ fn cells(verdict: &mut Verdict, shape: &dyn Shape, random: &mut Lcg) -> Option<(
         }
         let stencil = shape.stencil(cell.at([share(random), share(random)]), Derivative::POSITION);
         let stencil = verdict.take(stencil, |e| format!("no point in {cell:?}: {e}"))?;
+        if let Some(patch) = shape.cells()?.patch(cell.face) {
+            let off = off_patch(shape, &cell, &patch, [share(random), share(random)]);
+            let off = verdict.take(off, |e| format!("no point in {cell:?}: {e}"))?;
+            verdict.check(off <= 1e-12, || {
+                format!("{cell:?} is said to be of a tensor-product spline, and is {off:.1e} off it")
+            });
+        }
         let own: Vec<usize> = stencil.iter().filter(|(_, c)| *c != 0.0).map(|(v, _)| v).collect();
         verdict.check(own == cell.vertices[..], || {
             format!("{cell:?} depends on control vertices {own:?}, and not on those that it names")
@@ -254,6 +263,22 @@ fn cells(verdict: &mut Verdict, shape: &dyn Shape, random: &mut Lcg) -> Option<(
         }
     }
     Some(())
+}
+
+/// How far the coefficients of a place are from those of the tensor-product spline that it is said to be on.
+fn off_patch(shape: &dyn Shape, cell: &Cell, patch: &Patch<'_>, shares: [f64; 2]) -> Result<f64> {
+    let at = cell.at(shares);
+    let own = shape.stencil(at, Derivative::POSITION)?;
+    let Splines { u, v, weights } = patch.splines;
+    match (at, v) {
+        (Location::Surface(s, t) | Location::Face(_, s, t), Some(v)) => {
+            let product = Product { u, v, weights, first: patch.first };
+            Ok(apart(&own, &product.stencil((s, t), Derivative::POSITION, None)?, 1.0))
+        }
+        // What a curve's stencils are is looked at with its cells.
+        (Location::Curve(_), None) => Ok(0.0),
+        _ => Ok(f64::INFINITY),
+    }
 }
 
 /// Where it says that its cells always meet, a cell and what is before it do.

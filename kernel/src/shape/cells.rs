@@ -145,10 +145,17 @@ pub trait Cells {
         None
     }
 
+    /// The tensor-product spline that a face is, or the shape itself where it has none; its cells are the products of the patch's spans. `None` where it is
+    /// no such spline, or there is no such face: by default, of a shape with faces.
+    fn patch(&self, face: Option<u32>) -> Option<Patch<'_>> {
+        let own = self.splines().filter(|_| face.is_none())?;
+        Some(Patch { face: None, splines: own, first: 0 })
+    }
+
     /// The tensor-product splines that the shape consists of, each with its face, where it has many, and the number of its first control
     /// vertex: by default its [own](Self::splines). Of a shape that is [ready](super::Bonds) for an edit, those that may move.
     fn patches(&self) -> Vec<Patch<'_>> {
-        self.splines().map(|splines| Patch { face: None, splines, first: 0 }).into_iter().collect()
+        self.patch(None).into_iter().collect()
     }
 
     /// The coordinates in which the energies of first and second derivatives are taken at a location, where these are not the parameters: of a whole

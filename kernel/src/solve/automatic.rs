@@ -1,5 +1,6 @@
 //! The default: the fastest solver that is safe for the system at hand.
 
+use super::sparse::Refused;
 use super::{
     Adjoint, DenseLu, Factored, HouseholderQr, SaddlePoint, SolveError, Solver, Sparse, System, SystemMetric,
 };
@@ -32,17 +33,29 @@ impl Solver for Automatic {
         {
             return Ok(factored);
         }
-        let first: &dyn Solver = if few { &Adjoint } else { &Sparse };
-        match first.factor(system) {
-            Err(error @ (SolveError::IllConditioned { .. } | SolveError::TooLarge { .. })) => {
-                match HouseholderQr.factor(system) {
+        let plain = matches!(system.metric(), SystemMetric::Least) && system.free() == 0;
+        let first = match (few, plain) {
+            (true, _) => Adjoint.factor(system).map_err(Refused::from),
+            (false, true) => Sparse.factor_or_reflect(system),
+            (false, false) => Sparse.factor(system).map_err(Refused::from),
+        };
+        match first {
+            Err(Refused {
+                error: error @ (SolveError::IllConditioned { .. } | SolveError::TooLarge { .. }),
+                reflections,
+            }) => {
+                let second = match reflections {
+                    Some(reflections) => HouseholderQr.with(system, reflections),
+                    None => HouseholderQr.factor(system),
+                };
+                match second {
                     Err(SolveError::IllConditioned { better: "lu", .. }) => {
                         DenseLu.factor(system).map_err(|last| neither(&error, last))
                     }
                     other => other.map_err(|second| neither(&error, second)),
                 }
             }
-            other => other,
+            other => other.map_err(|refused| refused.error),
         }
     }
 }

@@ -37,7 +37,17 @@ impl Solver for HouseholderQr {
 
     fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
         let rows = system.rows();
-        let reflections = Reflections::new(rows, 0..rows.len(), system.tolerance(), self.name())?;
+        self.with(system, Reflections::new(rows, 0..rows.len(), system.tolerance(), self.name())?)
+    }
+}
+
+impl HouseholderQr {
+    /// By the reflections of all rows of the system to its tolerance.
+    pub(super) fn with(
+        self,
+        system: &System,
+        reflections: Reflections,
+    ) -> Result<Box<dyn Factored>, SolveError> {
         let dependencies = reflections.dependencies();
         let work = vec![0.0; reflections.scratch()];
         let mut core = Core { reflections, sides: system.sides(), work };

@@ -1,6 +1,6 @@
 //! The solver for many equations: Cholesky of `F Fᵀ` within its envelope.
 
-use super::rank::{Dependency, Diagnosis, condition_of, reduce};
+use super::rank::{Dependency, Diagnosis, Reflections};
 use super::refine::Refinement;
 use super::system::{SparseRows, System};
 use super::unit::{Failure, UnitRows};
@@ -44,15 +44,37 @@ impl Solver for Sparse {
     }
 
     fn factor_minimum_norm(&self, system: &System) -> Result<Box<dyn Factored>, SolveError> {
+        self.factor_or_reflect(system).map_err(|refused| refused.error)
+    }
+}
+
+/// Why the answer is not to be had, and the reflections of all rows where these were needed to see that.
+pub(super) struct Refused {
+    pub(super) error: SolveError,
+    pub(super) reflections: Option<Reflections>,
+}
+
+impl From<SolveError> for Refused {
+    fn from(error: SolveError) -> Self {
+        Self { error, reflections: None }
+    }
+}
+
+impl Sparse {
+    /// As [`factor_minimum_norm`](Solver::factor_minimum_norm). For many rows that hang together reflections are by far the dearest: who goes on with
+    /// these need not make them again.
+    pub(super) fn factor_or_reflect(self, system: &System) -> Result<Box<dyn Factored>, Refused> {
         let mut done = Box::new(FactoredSparse {
             core: Core { rows: UnitRows::empty(), sides: system.sides() },
             corrections: 0,
             refinement: None,
             dependencies: Vec::new(),
         });
-        done.factor(system)?;
-        done.correct(system)?;
-        Ok(done)
+        let reflections = done.factor(system)?;
+        match done.correct(system) {
+            Ok(()) => Ok(done),
+            Err(error) => Err(Refused { error, reflections }),
+        }
     }
 }
 
@@ -68,24 +90,30 @@ fn undecided(error: SolveError) -> SolveError {
 }
 
 impl FactoredSparse {
-    fn factor(&mut self, system: &System) -> Result<(), SolveError> {
+    /// With the reflections of all rows where these had to decide which are independent.
+    fn factor(&mut self, system: &System) -> Result<Option<Reflections>, Refused> {
         let rows = system.rows();
         match self.core.rows.factor(rows, 0..rows.len() as u32, system.sides(), SUSPECT) {
-            Ok(()) => {}
-            Err(Failure::TooLarge) => return Err(too_large(rows)),
+            Ok(()) => Ok(None),
+            Err(Failure::TooLarge) => Err(too_large(rows).into()),
             Err(Failure::Pivot) => {
-                let (kept, dependencies) = reduce(system, Sparse.name()).map_err(undecided)?;
-                let independent = kept.iter().map(|&r| r as u32);
-                self.core.rows.factor(rows, independent, system.sides(), HOPELESS).map_err(|stuck| {
-                    match stuck {
-                        Failure::TooLarge => too_large(rows),
-                        Failure::Pivot => ill_conditioned(condition_of(rows, &kept)),
+                let all = 0..rows.len();
+                let reflections =
+                    Reflections::new(rows, all, system.tolerance(), Sparse.name()).map_err(undecided)?;
+                let independent = reflections.independent().into_iter().map(|r| r as u32);
+                match self.core.rows.factor(rows, independent, system.sides(), HOPELESS) {
+                    Ok(()) => {
+                        self.dependencies = reflections.dependencies();
+                        Ok(Some(reflections))
                     }
-                })?;
-                self.dependencies = dependencies;
+                    Err(Failure::TooLarge) => Err(too_large(rows).into()),
+                    Err(Failure::Pivot) => {
+                        let error = ill_conditioned(reflections.condition());
+                        Err(Refused { error, reflections: Some(reflections) })
+                    }
+                }
             }
         }
-        Ok(())
     }
 
     /// How answers are to be corrected.

@@ -1,8 +1,13 @@
 //! One block of rows that hang together: its reflections, what they leave, and what rows that follow repeat.
 
 use super::{Dependency, LARGE};
+use crate::parallel;
+use crate::solve::envelope::dot;
 use crate::solve::order::narrow;
 use crate::solve::system::{SparseRows, System};
+
+/// Reflections of more numbers than this are worth several threads.
+const SIDE_BY_SIDE: usize = 1 << 17;
 
 #[derive(Debug, Clone)]
 pub(super) struct Block {
@@ -27,6 +32,31 @@ struct Span {
     low: usize,
     high: usize,
     square: f64,
+}
+
+/// A row while reflections are applied to it.
+struct Line<'w> {
+    row: &'w mut [f64],
+    span: Span,
+}
+
+impl Line<'_> {
+    /// Reflection `k`, of `v`, whose `2 / vᵀv` is `factor`.
+    fn reflect(&mut self, k: usize, v: &[f64], factor: f64) {
+        let Self { row, span } = self;
+        let end = k + v.len();
+        if span.low >= end {
+            return;
+        }
+        (span.low, span.high) = (k + 1, span.high.max(end));
+        let part = &mut row[k..end];
+        let along = dot(part, v) * factor;
+        for (a, b) in part.iter_mut().zip(v) {
+            *a -= along * b;
+        }
+        let rest = &row[k + 1..span.high];
+        span.square = dot(rest, rest);
+    }
 }
 
 impl Block {
@@ -67,45 +97,46 @@ impl Block {
         let mut diagonal = Vec::new();
         let mut beta = Vec::new();
         let mut rank = 0;
+        // Of rows that are put elsewhere nothing is moved before the end.
+        let mut order: Vec<usize> = (0..count).collect();
+        let mut lines: Vec<Line<'_>> =
+            work.chunks_exact_mut(m.max(1)).zip(spans).map(|(row, span)| Line { row, span }).collect();
         while rank < count.min(m) {
             let k = rank;
-            let largest = spans[k..].iter().fold(0.0_f64, |most, span| most.max(span.square));
+            let largest = lines[k..].iter().fold(0.0_f64, |most, line| most.max(line.span.square));
             if largest.sqrt() <= tolerance || largest.is_nan() {
                 break;
             }
             // The first row that is nearly as long as the longest: rows keep their order where they can, so that of two equal
             // constraints the later one is called redundant. Rows that are much shorter would make the others combinations
             // with large factors, and an answer would meet these only as well as these factors let it.
-            let pick = k + spans[k..].iter().position(|span| span.square >= 0.64 * largest).unwrap_or(0);
-            rotate_row(&mut work, m, k, pick);
-            members[k..=pick].rotate_right(1);
-            scale[k..=pick].rotate_right(1);
-            spans[k..=pick].rotate_right(1);
-            let end = spans[k].high.max(k + 1);
-            spans[k].high = end;
-            let (head, tail) = work.split_at_mut((k + 1) * m);
-            let v = &mut head[k * m + k..k * m + end];
-            let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let pick = k + lines[k..].iter().position(|line| line.span.square >= 0.64 * largest).unwrap_or(0);
+            lines[k..=pick].rotate_right(1);
+            order[k..=pick].rotate_right(1);
+            let (head, tail) = lines.split_at_mut(k + 1);
+            let Line { row: pivot, span } = &mut head[k];
+            let end = span.high.max(k + 1);
+            span.high = end;
+            let v = &mut pivot[k..end];
+            let length = dot(v, v).sqrt();
             // σ has the sign of v₀, so that v₀ + σ does not cancel (paper 4, §3).
             let sigma = if v[0] < 0.0 { -length } else { length };
             v[0] += sigma;
             let factor = 1.0 / (sigma * v[0]);
-            for (row, span) in tail.chunks_exact_mut(m).zip(&mut spans[k + 1..]) {
-                if span.low >= end {
-                    continue;
-                }
-                (span.low, span.high) = (k + 1, span.high.max(end));
-                let part = &mut row[k..end];
-                let dot: f64 = part.iter().zip(&*v).map(|(a, b)| a * b).sum::<f64>() * factor;
-                for (a, b) in part.iter_mut().zip(&*v) {
-                    *a -= dot * b;
-                }
-                span.square = row[k + 1..span.high].iter().map(|v| v * v).sum();
+            let v = &*v;
+            if tail.len() * v.len() > SIDE_BY_SIDE {
+                parallel::map_mut(tail, || (), |(), _, line| line.reflect(k, v, factor));
+            } else {
+                tail.iter_mut().for_each(|line| line.reflect(k, v, factor));
             }
             diagonal.push(-sigma);
             beta.push(factor);
             rank += 1;
         }
+        let spans = lines.into_iter().map(|line| line.span).collect();
+        let members = order.iter().map(|&row| members[row]).collect();
+        let scale = order.iter().map(|&row| scale[row]).collect();
+        put_in_order(&mut work, m, order);
         Self { rows: members, scale, columns, rank, work, diagonal, beta, spans }
     }
 
@@ -235,9 +266,23 @@ pub(super) fn side_by_side(rows: &SparseRows, members: &mut [usize], columns: &[
     place
 }
 
-/// Moves row `from` up to place `to`, the rows between one down.
-pub(super) fn rotate_row(work: &mut [f64], m: usize, to: usize, from: usize) {
-    if from > to {
-        work[to * m..(from + 1) * m].rotate_right(m);
+/// Puts row `order[k]` into place `k`, for all `k`.
+fn put_in_order(work: &mut [f64], m: usize, mut order: Vec<usize>) {
+    let mut kept = vec![0.0; m];
+    for start in 0..order.len() {
+        if order[start] == start {
+            continue;
+        }
+        kept.copy_from_slice(&work[start * m..(start + 1) * m]);
+        let mut at = start;
+        loop {
+            let from = std::mem::replace(&mut order[at], at);
+            if from == start {
+                work[at * m..(at + 1) * m].copy_from_slice(&kept);
+                break;
+            }
+            work.copy_within(from * m..(from + 1) * m, at * m);
+            at = from;
+        }
     }
 }

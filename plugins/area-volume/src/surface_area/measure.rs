@@ -4,16 +4,17 @@ mod folds;
 mod nodes;
 mod part;
 mod pile;
+mod spans;
 mod sums;
 mod turns;
 
 use loftsman_kernel::shape::{Cell, Shape, Share};
-use loftsman_kernel::spline::Space;
 use loftsman_kernel::{Point, Result, Vector, parallel};
 
 use self::nodes::Nodes;
 use self::part::{Judged, Part};
 use self::pile::Pile;
+use self::spans::Spans;
 use self::sums::{Lines, Net, Room};
 use crate::members::Member;
 use crate::nets::{Nets, Total};
@@ -43,8 +44,10 @@ const RUN: usize = 32;
 /// A surface at work.
 pub(super) struct Measure<'s> {
     shape: &'s dyn Shape,
-    /// The spaces and the weights, of a tensor-product spline.
-    splines: Option<(&'s Space, &'s Space, Option<&'s [f64]>)>,
+    /// Whether it is a tensor-product spline, all of which counts.
+    is_spline: bool,
+    /// This, or what each face is of which something counts, in their order.
+    patches: Vec<Option<Spans<'s>>>,
     /// The nets of its cells, where it says them.
     nets: Option<Nets<'s>>,
     points: &'s [Point],
@@ -64,10 +67,17 @@ impl<'s> Measure<'s> {
         let nets = Nets::of(surface);
         let degrees = nets.map_or_else(|| surface.cells.degrees(), |nets| nets.degrees);
         let rules = [0, 1, WITH_ENDS].map(|rule| Nodes::of_rule(degrees, rule));
+        let spline = |face| surface.cells.patch(face).and_then(|patch| Spans::of(&patch));
+        let runs = counted.chunk_by(|(a, _), (b, _)| a.face == b.face);
+        let patches = match surface.splines {
+            Some(_) => vec![spline(None)],
+            None => runs.filter_map(|run| run.first()).map(|(cell, _)| spline(cell.face)).collect(),
+        };
         let lines = rules.each_ref().map(|rule| Lines::new(degrees, rule, [(0.0, 1.0); 2]));
         Self {
             shape: surface.shape,
-            splines: surface.splines.and_then(|all| Some((all.u, all.v?, all.weights))),
+            is_spline: surface.splines.is_some(),
+            patches,
             nets,
             points: surface.points(),
             counted,
@@ -78,34 +88,27 @@ impl<'s> Measure<'s> {
         }
     }
 
-    /// The cells: of a spline the numbers of their spans.
+    /// The cells: of a spline all of its spans, else those of which something counts.
     fn cells(&self) -> Vec<Part> {
-        let whole = Part {
-            spans: [0; 2],
-            cell: 0,
-            face: None,
-            u: (0.0, 0.0),
-            v: (0.0, 0.0),
-            share: None,
-            halved: [0; 2],
-        };
         let mut cells = Vec::new();
-        match self.splines {
-            Some((u, v, _)) => {
-                let ends = |flat: &[f64], span: usize| (flat[span], flat[span + 1]);
-                for i in u.spans() {
-                    let each = v.spans().map(|j| (j, ends(v.flat(), j)));
-                    cells.extend(each.map(|(j, v)| Part { spans: [i, j], u: ends(u.flat(), i), v, ..whole }));
-                }
+        if let (true, Some(Some(spline))) = (self.is_spline, self.patches.first()) {
+            for (spans, u, v) in spline.all() {
+                cells.push(Part { spans: Some((0, spans)), ..Part::whole(None, u, v) });
             }
-            None => {
-                for (number, (cell, share)) in self.counted.iter().enumerate() {
-                    let [u, v] = cell.sides[..] else { continue };
-                    let (u, v) = ((u.start, u.end), (v.start, v.end));
-                    let share = matches!(share, Share::Part(_)).then_some((number, 1));
-                    cells.push(Part { face: cell.face, u, v, share, ..whole });
-                }
+            return cells;
+        }
+        let mut faces = Vec::with_capacity(self.patches.len());
+        for (number, (cell, share)) in self.counted.iter().enumerate() {
+            let [u, v] = cell.sides[..] else { continue };
+            if faces.last() != Some(&cell.face) {
+                faces.push(cell.face);
             }
+            let (u, v) = ((u.start, u.end), (v.start, v.end));
+            let patch = faces.len() - 1;
+            let spans = self.patches.get(patch).and_then(|spline| spline.as_ref()?.around(u, v));
+            let share = matches!(share, Share::Part(_)).then_some((number, 1));
+            let spans = spans.map(|spans| (patch, spans));
+            cells.push(Part { spans, share, ..Part::whole(cell.face, u, v) });
         }
         cells
     }
@@ -115,15 +118,7 @@ impl<'s> Measure<'s> {
         if let Some(nets) = &self.nets {
             return nets.map(&nets.origin, Room::default, |room, net| {
                 let [u, v] = net.sides.map(|side| (side.start, side.end));
-                let part = Part {
-                    spans: [0; 2],
-                    cell: net.number,
-                    face: net.face,
-                    u,
-                    v,
-                    share: None,
-                    halved: [0; 2],
-                };
+                let part = Part { cell: net.number, ..Part::whole(net.face, u, v) };
                 self.judged(part, Some(Net { points: net.points, sides: net.sides }), room)
             });
         }

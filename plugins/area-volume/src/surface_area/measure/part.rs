@@ -4,10 +4,11 @@ use std::cmp::Ordering;
 
 use loftsman_kernel::shape::Location;
 
-/// A part of a cell: its span and interval in each direction.
+/// A part of a cell: its interval in each direction.
 #[derive(Clone, Copy)]
 pub(super) struct Part {
-    pub(super) spans: [usize; 2],
+    /// The number of the patch that it is on, and its span in each direction, where the surface is a tensor-product spline there.
+    pub(super) spans: Option<(usize, [usize; 2])>,
     /// The number of its cell, where cells have nets.
     pub(super) cell: usize,
     /// The face that it is on, of a surface of many.
@@ -22,6 +23,11 @@ pub(super) struct Part {
 }
 
 impl Part {
+    /// A whole box of parameters.
+    pub(super) fn whole(face: Option<u32>, u: (f64, f64), v: (f64, f64)) -> Self {
+        Self { spans: None, cell: 0, face, u, v, share: None, halved: [0; 2] }
+    }
+
     /// A place of it.
     pub(super) fn at(&self, u: f64, v: f64) -> Location {
         self.face.map_or(Location::Surface(u, v), |face| Location::Face(face, u, v))

@@ -2,8 +2,6 @@
 
 use loftsman_kernel::error::Error;
 use loftsman_kernel::shape::{CellSide, Location};
-use loftsman_kernel::spline::Space;
-use loftsman_kernel::spline::space::MAX_ORDER;
 use loftsman_kernel::{Result, Vector};
 
 use super::nodes::Nodes;
@@ -16,7 +14,7 @@ use crate::rule::Basis;
 /// What one thread works with.
 #[derive(Default)]
 pub(super) struct Room {
-    bases: [Basis; 2],
+    pub(super) bases: [Basis; 2],
     row: Row,
     /// What a stencil could not be had for.
     failed: Option<Error>,
@@ -88,8 +86,11 @@ impl Measure<'_> {
         gradient: Option<&mut [Vector]>,
         room: &mut Room,
     ) -> Sum {
-        if let Some(splines) = self.splines {
-            return self.part_of_spans(splines, part, rule, gradient, room);
+        if let Some((patch, spans)) = self.spans_of(&part) {
+            return match self.points_of_share(&part, rule) {
+                Some(points) => self.share_of_spans(patch, spans, &points, gradient, room),
+                None => self.part_of_spans(patch, spans, part, rule, gradient, room),
+            };
         }
         if let (Some(net), None) = (net, &gradient) {
             return self.part_of_net(net, part, rule, room);
@@ -166,16 +167,20 @@ impl Measure<'_> {
         Ok(normal)
     }
 
+    /// The points of a rule on a part of which loops leave something, with their weights; `None` of one that counts as a whole.
+    fn points_of_share(&self, part: &Part, rule: usize) -> Option<Vec<(Location, f64)>> {
+        let (number, parts) = part.share?;
+        let (cell, share) = self.counted.get(number)?;
+        let ([p, q], extra) = (self.degrees, EXTRA[rule.min(1)]);
+        // Where all is smooth, rules of more points get nearer by far than as many points of the same rule on more parts.
+        let (times, parts) = raised(p.max(q) + EXTRA[1], parts);
+        Some(share.gauss_points(cell, [times * (p + extra), times * (q + extra)], parts))
+    }
+
     fn part_by_stencils(&self, part: Part, rule: usize, mut gradient: Option<&mut [Vector]>) -> Result<Sum> {
-        if let Some((number, parts)) = part.share
-            && let Some((cell, share)) = self.counted.get(number)
-        {
-            let ([p, q], extra) = (self.degrees, EXTRA[rule.min(1)]);
-            // Where all is smooth, rules of more points get nearer by far than as many points of the same rule on more parts.
-            let (times, parts) = raised(p.max(q) + EXTRA[1], parts);
-            let counts = [times * (p + extra), times * (q + extra)];
+        if let Some(points) = self.points_of_share(&part, rule) {
             let mut sum = Sum::default();
-            for (at, weight) in share.gauss_points(cell, counts, parts) {
+            for (at, weight) in points {
                 sum.area += weight * self.place(at, weight, gradient.as_deref_mut())?.norm();
             }
             return Ok(sum);
@@ -201,96 +206,6 @@ impl Measure<'_> {
         sum.creased = turns.creased;
         Ok(sum)
     }
-
-    fn part_of_spans(
-        &self,
-        (su, sv, weights): (&Space, &Space, Option<&[f64]>),
-        part: Part,
-        rule: usize,
-        mut gradient: Option<&mut [Vector]>,
-        room: &mut Room,
-    ) -> Sum {
-        let (p, q) = (su.degree(), sv.degree());
-        let columns = sv.len();
-        let vertex = |i: usize, j: usize| {
-            su.vertex(part.spans[0] - p + i) * columns + sv.vertex(part.spans[1] - q + j)
-        };
-        let points = self.points;
-        let [bu, bv] = &mut room.bases;
-        bu.enter(su, part.spans[0]);
-        bv.enter(sv, part.spans[1]);
-        let Nodes { u: along_u, v: along_v } = &self.rules[rule];
-        let (length_u, length_v) = (part.u.1 - part.u.0, part.v.1 - part.v.0);
-        let (mut sum, mut turns) = (Sum::default(), Turns::default());
-        for (x, [wx, ux @ ..]) in &along_u.0 {
-            bu.at(part.u.0 + length_u * x);
-            // Combined along u: homogeneous points and derivatives for each of the q + 1 columns.
-            let mut line = [[[0.0; 4]; 2]; MAX_ORDER];
-            for (j, line) in line.iter_mut().enumerate().take(q + 1) {
-                for i in 0..=p {
-                    let at = vertex(i, j);
-                    let w = weights.map_or(1.0, |w| w[at]);
-                    let h = [points[at].x * w, points[at].y * w, points[at].z * w, w];
-                    for a in 0..4 {
-                        line[0][a] += bu.values[i] * h[a];
-                        line[1][a] += bu.slopes[i] * h[a];
-                    }
-                }
-            }
-            let mut sums = [[[0.0; 3]; 2]; MAX_ORDER];
-            for (j, (y, [wy, vy @ ..])) in along_v.0.iter().enumerate() {
-                bv.at(part.v.0 + length_v * y);
-                let (mut s, mut su_, mut sv_) = ([0.0; 4], [0.0; 4], [0.0; 4]);
-                for (j, line) in line.iter().enumerate().take(q + 1) {
-                    for a in 0..4 {
-                        s[a] += bv.values[j] * line[0][a];
-                        su_[a] += bv.values[j] * line[1][a];
-                        sv_[a] += bv.slopes[j] * line[0][a];
-                    }
-                }
-                let w = s[3];
-                let project = |d: [f64; 4]| [0, 1, 2].map(|a| (d[a] - s[a] / w * d[3]) / w);
-                let (tu, tv) = (project(su_), project(sv_));
-                let normal = cross(tu, tv);
-                turns.see(j, normal);
-                let size = normal.iter().map(|n| n * n).sum::<f64>().sqrt();
-                sum.area += wx * wy * size;
-                for k in 0..2 {
-                    sum.rough_along[0][k] += ux[k] * wy * size;
-                    sum.rough_along[1][k] += wx * vy[k] * size;
-                }
-                if !(gradient.is_some() && size > 0.0) {
-                    continue;
-                }
-                // The point, its u and its v derivative depend on the vertices as `s`, `su_` and `sv_` do: summed over this
-                // line first, so that a point costs the vertices of one direction, not of both.
-                let unit = normal.map(|n| n / size);
-                let weight = wx * length_u * wy * length_v / w;
-                let (by_u, by_v) = (cross(tv, unit), cross(unit, tu));
-                for a in 0..3 {
-                    let (by_u, by_v) = (by_u[a] * weight, by_v[a] * weight);
-                    let by_point = -(by_u * su_[3] + by_v * sv_[3]) / w;
-                    for (j, sums) in sums.iter_mut().enumerate().take(q + 1) {
-                        sums[0][a] += by_point * bv.values[j] + by_v * bv.slopes[j];
-                        sums[1][a] += by_u * bv.values[j];
-                    }
-                }
-            }
-            let Some(gradient) = gradient.as_deref_mut() else { continue };
-            for i in 0..=p {
-                for (j, [by_value, by_slope]) in sums.iter().enumerate().take(q + 1) {
-                    let at = vertex(i, j);
-                    let own = weights.map_or(1.0, |w| w[at]);
-                    for a in 0..3 {
-                        gradient[at][a] += own * (by_value[a] * bu.values[i] + by_slope[a] * bu.slopes[i]);
-                    }
-                }
-            }
-        }
-        sum.area *= length_u * length_v;
-        sum.creased = turns.creased;
-        sum
-    }
 }
 
 /// By how much the points of a rule of `count` points are raised, and on how many parts it is then used, so that there are `fineness` times as many.
@@ -300,8 +215,4 @@ fn raised(count: usize, fineness: usize) -> (usize, usize) {
         times *= 2;
     }
     (times, fineness / times)
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
