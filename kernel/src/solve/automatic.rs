@@ -45,7 +45,7 @@ impl Solver for Automatic {
                 reflections,
             }) => {
                 let second = match reflections {
-                    Some(reflections) => HouseholderQr.with(system, reflections),
+                    Some(reflections) => HouseholderQr.with(system, *reflections),
                     None => HouseholderQr.factor(system),
                 };
                 match second {

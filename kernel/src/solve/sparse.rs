@@ -51,7 +51,7 @@ impl Solver for Sparse {
 /// Why the answer is not to be had, and the reflections of all rows where these were needed to see that.
 pub(super) struct Refused {
     pub(super) error: SolveError,
-    pub(super) reflections: Option<Reflections>,
+    pub(super) reflections: Option<Box<Reflections>>,
 }
 
 impl From<SolveError> for Refused {
@@ -91,7 +91,7 @@ fn undecided(error: SolveError) -> SolveError {
 
 impl FactoredSparse {
     /// With the reflections of all rows where these had to decide which are independent.
-    fn factor(&mut self, system: &System) -> Result<Option<Reflections>, Refused> {
+    fn factor(&mut self, system: &System) -> Result<Option<Box<Reflections>>, Refused> {
         let rows = system.rows();
         match self.core.rows.factor(rows, 0..rows.len() as u32, system.sides(), SUSPECT) {
             Ok(()) => Ok(None),
@@ -104,12 +104,12 @@ impl FactoredSparse {
                 match self.core.rows.factor(rows, independent, system.sides(), HOPELESS) {
                     Ok(()) => {
                         self.dependencies = reflections.dependencies();
-                        Ok(Some(reflections))
+                        Ok(Some(Box::new(reflections)))
                     }
                     Err(Failure::TooLarge) => Err(too_large(rows).into()),
                     Err(Failure::Pivot) => {
                         let error = ill_conditioned(reflections.condition());
-                        Err(Refused { error, reflections: Some(reflections) })
+                        Err(Refused { error, reflections: Some(Box::new(reflections)) })
                     }
                 }
             }
