@@ -86,31 +86,23 @@ impl CellFlux {
         self.rows.extend(other.rows);
     }
 
-    /// The cells of one face: those for which one rule is exact, and the others.
+    /// The cells of one face.
     fn of_face(shape: &dyn Shape, cells: &[(Cell, Share)], sense: f64, moments: bool) -> Result<Self> {
-        let count = |cell: &Cell, k: usize| exact(cell.sides.get(k).map_or(0, |side| side.degree), moments);
-        let plain = |(cell, share): &(Cell, Share)| {
-            let bounded = match share {
-                Share::Part(part) => part.is_exact([count(cell, 0), count(cell, 1)]),
-                _ => true,
-            };
-            bounded && !cell.rational
-        };
-        let (plain, others): (Vec<_>, Vec<_>) = cells.iter().partition(|one| plain(one));
-        let mut flux = Self::with(shape, &plain, |degree| exact(degree, moments), 1, sense, moments)?;
-        if !others.is_empty() {
-            flux.append(Self::settled(shape, &others, sense, moments)?);
-        }
-        Ok(flux)
-    }
-
-    /// Cells that are rational, or bounded by what is: by rules of ever more points, until the integrals over all of them together settle.
-    fn settled(shape: &dyn Shape, cells: &[&(Cell, Share)], sense: f64, moments: bool) -> Result<Self> {
         let exact = |degree: usize| exact(degree, moments);
         let flux = Self::with(shape, cells, exact, 1, sense, moments)?;
         let counts = |cell: &Cell, more: usize| {
             [0, 1].map(|k| exact(cell.sides.get(k).map_or(0, |side| side.degree)) + more)
         };
+        let plain = |(cell, share): &(Cell, Share)| {
+            let bounded = match share {
+                Share::Part(part) => part.is_exact(counts(cell, 0)),
+                _ => true,
+            };
+            bounded && !cell.rational
+        };
+        if cells.iter().all(plain) {
+            return Ok(flux);
+        }
         // What only some cells depend on is looked at there only.
         let mut own: Vec<u32> = flux.vertices.clone();
         own.sort_unstable();
@@ -169,7 +161,7 @@ impl CellFlux {
     /// So many points, which depend on the degree, on each of `parts` parts of a cell in either direction.
     fn with(
         shape: &dyn Shape,
-        cells: &[&(Cell, Share)],
+        cells: &[(Cell, Share)],
         counts: impl Fn(usize) -> usize,
         parts: usize,
         sense: f64,
