@@ -1,7 +1,10 @@
 //! One cell: the triangles it is made of, and how far they are from the surface at most.
 
+mod corners;
+
 use loftsman_kernel::Vector;
 
+use self::corners::{angle, bounds, crossing, leg};
 use crate::bezier::{less, more, restrict};
 use crate::fineness::Target;
 use crate::flat::Chord;
@@ -10,7 +13,7 @@ use crate::forms::Forms;
 use crate::patch::{Homogeneous, Patch, project, xyz};
 use crate::topology::Poles;
 use crate::tree::{Cell, Cut, Tree, Vertex};
-use crate::triangulation::{Costs, HOPELESS_EDGE, Plane, Triangle, Triangulation, normal_of};
+use crate::triangulation::{Costs, HOPELESS_EDGE, Plane, Triangle, Triangulation};
 
 /// Where the patch is further (in tolerances) from one of a cell's edges, the cell is cut without a closer look.
 const HOPELESS: f64 = 8.0;
@@ -483,33 +486,4 @@ fn allowed(tree: &Tree, cell: &Cell, wish: Cut) -> Cut {
         }
         _ => Cut::Inset,
     }
-}
-
-/// The box of a cell's parameters.
-fn bounds(corners: &[&Vertex; 4]) -> [[f64; 2]; 2] {
-    let bound = |k: usize, pick: fn(f64, f64) -> f64| {
-        let [a, b, c, d] = corners.map(|corner| corner.at[k]);
-        pick(pick(a, b), pick(c, d))
-    };
-    [[bound(0, less), bound(1, less)], [bound(0, more), bound(1, more)]]
-}
-
-/// A normal across both diagonals of a cell, of any length.
-fn crossing(corners: &[&Vertex; 4]) -> Vector {
-    let (s, t) = (corners[2].point - corners[0].point, corners[3].point - corners[1].point);
-    let cross = s.cross(&t);
-    if cross.norm_squared() > 1e-18 * s.norm_squared() * t.norm_squared() {
-        return cross;
-    }
-    normal_of([corners[0], corners[1], corners[2]])
-}
-
-/// The direction from a vertex to another.
-fn leg(from: &Vertex, to: &Vertex) -> Option<Vector> {
-    (to.point - from.point).try_normalize(0.0)
-}
-
-/// The angle between unit vectors, right to rounding also where it is small (Kahan).
-fn angle(a: &Vector, b: &Vector) -> f64 {
-    2.0 * (a - b).norm().atan2((a + b).norm())
 }

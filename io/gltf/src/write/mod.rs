@@ -4,6 +4,7 @@
 mod animation;
 mod bin;
 mod frame;
+mod left_out;
 mod material;
 mod mesh;
 mod nodes;

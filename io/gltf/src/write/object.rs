@@ -18,6 +18,7 @@ use nalgebra::Matrix4;
 use serde_json::{Value, json};
 
 use super::animation::{self, Moves};
+use super::left_out::{UNSEEN, cut, untold};
 use super::shape::{self, LINE_STRIP, NORMAL, POINTS, Shaped, TRIANGLES};
 use super::{Writer, mesh, schema};
 use crate::extras::{AnimationFields, ExtrasFields, Loose};
@@ -308,7 +309,8 @@ impl<'a> Writer<'a, '_> {
         frames: Option<Cow<'a, Animation>>,
         report: &mut Written,
     ) -> Result<Shown<'a>, FormatError> {
-        let base = geometry.points().to_vec_if(frames.is_some());
+        // Only what moves is looked at again.
+        let base = if frames.is_some() { geometry.points().to_vec() } else { Vec::new() };
         let maps = self.materials.normal_maps(&object.materials);
         let shaped = match geometry {
             Cow::Borrowed(Geometry::Group) | Cow::Owned(Geometry::Group) => {
@@ -483,35 +485,7 @@ impl<'a> Writer<'a, '_> {
     }
 }
 
-/// Points that are needed later, or none.
-trait Keep {
-    fn to_vec_if(&self, needed: bool) -> Vec<Point>;
-}
-
-impl Keep for [Point] {
-    fn to_vec_if(&self, needed: bool) -> Vec<Point> {
-        if needed { self.to_vec() } else { Vec::new() }
-    }
-}
-
-/// Why something could not be cut.
-fn untold(error: &Error) -> String {
-    match error {
-        Error::NoExtent(problem) => problem.clone(),
-        error => format!("it could not be tessellated: {error}"),
-    }
-}
-
-/// Says that larger faces are cut.
-fn cut(mesh: &Mesh, report: &mut Written) {
-    if mesh.faces().any(|f| f.len() > 3) {
-        report.change("glTF has triangles only: larger faces were cut");
-    }
-}
-
-/// Why a mesh is left out of which all faces are cut away.
-const UNSEEN: &str = "it has nothing that could be seen";
-
+/// Leaves an object out, and says why.
 fn nothing<'a>(report: &mut Written, reason: impl Into<String>) -> Result<Shown<'a>, FormatError> {
     report.leave_out(reason);
     Ok(Shown::Nothing)

@@ -1,5 +1,6 @@
 //! Where labels stand, and where they do not.
 
+use super::drawn::{GAP, LEVEL_GAP};
 use super::*;
 
 fn label(anchor: Spot, words: &str) -> Label {

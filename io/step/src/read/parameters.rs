@@ -19,7 +19,6 @@ use crate::part21::Entity;
 const SLACK: f64 = 1e-9;
 /// A curve whose parameter changes by less, as a part of the domain, is meant to be a line of it.
 const STRAIGHT: f64 = 1e-6;
-
 /// Angles that are less than this short of a turn are none.
 const ROUNDING: f64 = 1e-9;
 
@@ -47,7 +46,7 @@ impl Basis {
                 // Angles go on in the sense of the edge, all around where it closes.
                 let turn = |angle: f64| {
                     let rest = angle.rem_euclid(TAU);
-                    if rest > 1e-9 { rest } else { TAU }
+                    if rest > ROUNDING { rest } else { TAU }
                 };
                 Some(if along { [a, a + turn(b - a)] } else { [a, a - turn(a - b)] })
             }
