@@ -7,7 +7,7 @@ use loftsman_kernel::functional::position;
 use loftsman_kernel::shape::{Location, Shape};
 use loftsman_kernel::solve::Automatic;
 
-use super::family::{block, cylinder};
+use super::family::{block, cylinder, parted_ball};
 use super::{gaps, size};
 use loftsman_kernel::Point;
 use loftsman_kernel::brep::{CurveForm, Edge, Face, Frame, Parts, Shell, Solid, Use, Vertex};
@@ -314,4 +314,62 @@ fn whole_surfaces_stay_closed_where_they_may_become_sharp() {
         }
     }
     assert_eq!(refused, 0);
+}
+
+/// Faces of a ball whose loops cross its seam, and have its poles inside, without an edge there: the surface closes and its poles are points as before where it may become
+/// sharp, whichever face moves, alone or with the other one.
+#[test]
+fn surfaces_stay_closed_inside_loops_where_they_may_become_sharp() {
+    let (mut refused, mut tried, mut seams, mut tips) = (0, 0, 0, 0);
+    for (normal, height) in [
+        (Vector::z(), 0.5),
+        (Vector::new(0.4, 0.2, 1.0), 0.0),
+        (Vector::x(), 1.2),
+        (Vector::new(1.0, 0.3, 0.2), 0.8),
+        (-Vector::x(), 1.0),
+    ] {
+        let ball = parted_ball(normal, height);
+        let seam = ball.surface(0).unwrap();
+        let (u, v) = (seam.u().domain(), seam.v().domain());
+        // On the seam, beside it, in a pole, far from all of them.
+        for share in [[0.0, 0.5], [0.01, 0.45], [0.4, 1.0], [0.5, 0.4]] {
+            for neighbours in [0, 1] {
+                let at = [u.0 + share[0] * (u.1 - u.0), v.0 + share[1] * (v.1 - v.0)];
+                let point = seam.point(at[0], at[1]).unwrap();
+                let found = ball.closest(point).unwrap();
+                let (face, [s, t]) = (found.face as u32, found.at);
+                let by = Vector::new(0.05, -0.1, 0.08);
+                let free = ball.clone().moving(Moving::new().sharp().neighbours(neighbours));
+                let asked = position(Location::Face(face, s, t)).by(by);
+                tried += 1;
+                let Ok(edited) = Edit::new(&free).smooth(0).ask(asked).solve() else {
+                    refused += 1;
+                    continue;
+                };
+                let after = edited.shape();
+                // A face that needs less of the surface has a part of it, from another place around.
+                let surface = after.surface(face as usize).unwrap();
+                let (around, along) = (surface.u().domain(), surface.v().domain());
+                let closes = around.1 - around.0 > u.1 - u.0 - 1e-12;
+                let poles = [along.0, along.1].map(|end| v.0 == end || v.1 == end);
+                (seams, tips) = (seams + usize::from(closes), tips + usize::from(poles.contains(&true)));
+                for k in 0..=20 {
+                    let share = f64::from(k) / 20.0;
+                    let x = around.0 + share * (around.1 - around.0);
+                    let y = along.0 + share * (along.1 - along.0);
+                    let gap =
+                        (surface.point(around.0, y).unwrap() - surface.point(around.1, y).unwrap()).norm();
+                    assert!(!closes || gap < 1e-12, "{normal}, {share}: the seam opens by {gap}");
+                    for (end, _) in [along.0, along.1].into_iter().zip(poles).filter(|(_, is)| *is) {
+                        let wide = surface.point(x, end).unwrap() - surface.point(around.0, end).unwrap();
+                        assert!(wide.norm() < 1e-12, "{normal}: a pole is {wide}");
+                    }
+                }
+                let moved = after.surface(face as usize).unwrap().point(s, t).unwrap();
+                assert!((moved - (point + by)).norm() < 1e-9, "{normal}, {at:?}: {moved}");
+            }
+        }
+    }
+    assert!(refused <= tried / 4, "{refused} of {tried}");
+    assert!(seams >= 20 && tips >= 20, "{seams} seams, {tips} poles");
 }

@@ -83,3 +83,31 @@ pub(crate) fn cylinder(radius: f64, height: f64) -> Brep {
     })
     .unwrap()
 }
+
+/// A ball of radius 2 in two faces of one surface, without an edge along its seam: beyond a plane with this normal, so far from its middle, and before it.
+pub(crate) fn parted_ball(normal: Vector, height: f64) -> Brep {
+    let radius = 2.0;
+    let frame = Frame::new(Point::new(0.3, -1.0, 2.0), Vector::new(0.2, 0.1, 1.0), Vector::x()).unwrap();
+    let along = frame.x * normal.x + frame.y() * normal.y + frame.z * normal.z;
+    let wide = (radius * radius - height * height).sqrt();
+    let plane =
+        Frame::new(frame.origin + along.normalize() * height, along, frame.z + frame.x * 0.3).unwrap();
+    let turn = std::f64::consts::TAU;
+    let curve = Curve::elliptic_arc(plane.origin, plane.x * wide, plane.y() * wide, 0.0, turn).unwrap();
+    let start = plane.origin + plane.x * wide;
+    let form = CurveForm::Circle { frame: plane, radius: wide };
+    let edge = Edge { range: curve.domain(), curve, ends: [0; 2], tolerance: 0.0, form };
+    let form = SurfaceForm::Sphere { frame, radius };
+    let surface = form.covering(&[]).unwrap();
+    Brep::new(Parts {
+        vertices: vec![Vertex { point: start, tolerance: 0.0 }],
+        edges: vec![edge],
+        faces: vec![
+            face(surface.clone(), form, vec![vec![used(0, false)]]),
+            face(surface, form, vec![vec![used(0, true)]]),
+        ],
+        shells: vec![Shell { faces: vec![0, 1] }],
+        solids: vec![Solid::default()],
+    })
+    .unwrap()
+}

@@ -41,7 +41,6 @@ use crate::Point;
 use crate::error::{Error, Result};
 use crate::shape::{Bond, Bonds, Shape, Stencil};
 use crate::spline::Surface;
-use crate::spline::trimmed::ParameterCurve;
 
 /// Coefficients of a row below this part of its largest are rounding.
 const ROUNDING: f64 = 1e-14;
@@ -259,17 +258,6 @@ impl Brep {
         let seams = if moving.sharp { ready.seams(&sheets)? } else { Vec::new() };
         ready.prepare(&sheets, &ties, &plans, (smooth, stays, seams), self.parts())?;
         Ok(ready)
-    }
-
-    /// A face that may move.
-    fn sheet(&self, face: usize, places: &[[f64; 2]]) -> Result<Sheet> {
-        let surface = self.surface(face).ok_or_else(|| Error::Invalid(format!("there is no face {face}")))?;
-        let curves = self.parameter_curves(face)?;
-        let curves: Vec<Vec<ParameterCurve>> =
-            curves.into_iter().map(|chain| chain.into_iter().map(|one| one.curve).collect()).collect();
-        let turned =
-            self.loops(face).iter().map(|chain| chain.iter().map(|one| one.reversed).collect()).collect();
-        Sheet::new(face, surface, curves, turned, places)
     }
 
     /// What stands still of the faces that move.

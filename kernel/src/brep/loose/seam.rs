@@ -1,4 +1,4 @@
-//! A face without loops, whose whole surface closes: what keeps it closed where its seam may become a crease.
+//! Faces on surfaces that close: what keeps these closed where a seam may become a crease. Loops may cross it without an edge there.
 
 use std::collections::BTreeMap;
 
@@ -12,10 +12,9 @@ use crate::spline::Direction;
 const CLOSED: f64 = 1e-7;
 
 impl Brep {
-    /// What keeps whole surfaces closed that move; where nothing may become sharp it is kept with all else that is smooth.
+    /// What keeps surfaces closed that move; where nothing may become sharp it is kept with all else that is smooth.
     pub(super) fn seams(&self, sheets: &BTreeMap<usize, Sheet>) -> Result<Vec<Bond>> {
-        let whole = sheets.values().filter(|sheet| sheet.curves.is_empty());
-        let found = whole.map(|sheet| self.seam(sheet)).collect::<Result<Vec<Bond>>>()?;
+        let found = sheets.values().map(|sheet| self.seam(sheet)).collect::<Result<Vec<Bond>>>()?;
         Ok(found.into_iter().filter(|bond| !bond.rows.is_empty()).collect())
     }
 

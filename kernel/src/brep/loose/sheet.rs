@@ -2,10 +2,12 @@
 
 use std::collections::BTreeSet;
 
+use super::super::Brep;
 use super::touch;
 use super::trace::Line;
 use crate::Point;
 use crate::error::{Error, Result};
+use crate::spline::part::Part;
 use crate::spline::trimmed::ParameterCurve;
 use crate::spline::{Curve, Direction, Product, Space, Surface};
 
@@ -23,6 +25,9 @@ const SLACK: f64 = 1e-7;
 const NEAR: f64 = 1e-4;
 /// How far the two sides of a seam may be apart, as a part of the surface's size.
 const CLOSED: f64 = 1e-9;
+
+/// Whether a place of a surface is on its face.
+type Has<'h> = &'h mut dyn FnMut([f64; 2]) -> Result<bool>;
 
 /// A face that may move.
 #[derive(Debug, Clone)]
@@ -48,19 +53,42 @@ pub(super) enum Still {
     Vertex { vertex: usize, at: [f64; 2] },
 }
 
+impl Brep {
+    /// A face that may move.
+    pub(super) fn sheet(&self, face: usize, places: &[[f64; 2]]) -> Result<Sheet> {
+        let surface = self.surface(face).ok_or_else(|| Error::Invalid(format!("there is no face {face}")))?;
+        let curves = self.parameter_curves(face)?;
+        let curves: Vec<Vec<ParameterCurve>> =
+            curves.into_iter().map(|chain| chain.into_iter().map(|one| one.curve).collect()).collect();
+        let turned =
+            self.loops(face).iter().map(|chain| chain.iter().map(|one| one.reversed).collect()).collect();
+        let mut part: Option<Part> = None;
+        let mut has = |at: [f64; 2]| -> Result<bool> {
+            if part.is_none() {
+                part = Some(self.part(face)?);
+            }
+            Ok(part.as_ref().is_some_and(|part| part.has(at)))
+        };
+        Sheet::new(face, surface, curves, turned, (places, &mut has))
+    }
+}
+
 impl Sheet {
-    /// The face's surface cut to the box of its loops, of degree 3 or more. Where the face goes across the seam of a closed surface, that is put
+    /// The face's surface cut to the box of its loops, or of what is inside beyond these (`has` says whether a place is), of degree 3 or more. Where the face goes across the seam of a closed surface, that is put
     /// elsewhere; parameters then are those in which the loops run on, by periods such that the first of the `places` is among them.
     pub(super) fn new(
         face: usize,
         surface: Surface,
         curves: Vec<Vec<ParameterCurve>>,
         turned: Vec<Vec<bool>>,
-        places: &[[f64; 2]],
+        (places, has): (&[[f64; 2]], Has<'_>),
     ) -> Result<Self> {
         let mut sheet = Self { face, surface, curves, turned, still: Vec::new(), tied: Vec::new() };
-        for (k, direction) in [Direction::U, Direction::V].into_iter().enumerate() {
-            sheet.cut(k, direction, places.first().map(|at| at[k]))?;
+        if !sheet.curves.is_empty() {
+            let reaches = sheet.reaches(has)?;
+            for (k, direction) in [Direction::U, Direction::V].into_iter().enumerate() {
+                sheet.cut(k, direction, reaches[k], places.first().map(|at| at[k]))?;
+            }
         }
         sheet.join_corners()?;
         for direction in [Direction::U, Direction::V] {
@@ -88,14 +116,52 @@ impl Sheet {
         Ok((low, high))
     }
 
-    fn cut(&mut self, k: usize, direction: Direction, place: Option<f64>) -> Result<()> {
+    /// From where to where the face reaches in each direction: beyond its loops where the surface goes on to a pole, or closes, and what is there is inside.
+    fn reaches(&self, has: Has<'_>) -> Result<[(f64, f64); 2]> {
+        let size = self.surface.points().iter().map(|p| (p - self.surface.points()[0]).amax());
+        let sides = self.surface.parameter_sides(CLOSED * size.fold(0.0, f64::max))?;
+        let mut reaches = [self.reach(0)?, self.reach(1)?];
+        for (k, (low, high)) in reaches.iter_mut().enumerate() {
+            let side = &sides[k];
+            let slack = SLACK * side.length();
+            // No loop is beyond the loops: one place tells of all there.
+            let mut is_inside = |t: f64| {
+                let mut at = [0, 1].map(|d: usize| 0.5 * (sides[d].low + sides[d].high));
+                at[k] = t;
+                has(at)
+            };
+            if side.closed {
+                let rest = *low + side.length() - *high;
+                if rest > slack && is_inside(side.wrapped(*high + 0.5 * rest))? {
+                    let runs_over = *low < side.low - slack || *high > side.high + slack;
+                    (*low, *high) =
+                        if runs_over { (*low, *low + side.length()) } else { (side.low, side.high) };
+                }
+                continue;
+            }
+            if side.poles[0] && *low > side.low + slack && is_inside(0.5 * (side.low + *low))? {
+                *low = side.low;
+            }
+            if side.poles[1] && *high < side.high - slack && is_inside(0.5 * (*high + side.high))? {
+                *high = side.high;
+            }
+        }
+        Ok(reaches)
+    }
+
+    fn cut(
+        &mut self,
+        k: usize,
+        direction: Direction,
+        (mut low, mut high): (f64, f64),
+        place: Option<f64>,
+    ) -> Result<()> {
         let space = self.surface.space(direction);
         let (start, end) = space.domain();
-        if self.curves.is_empty() || space.is_periodic() {
+        if space.is_periodic() {
             return Ok(());
         }
         let (slack, period) = (SLACK * (end - start), end - start);
-        let (mut low, mut high) = self.reach(k)?;
         if low < start - slack || high > end + slack {
             if high > low + period + slack {
                 return Err(Error::Invalid(format!(
