@@ -1,5 +1,6 @@
 //! Which way bounds run in the parameters that a file gives with their edges.
 
+use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
 
 use loftsman_kernel::brep::Use;
@@ -44,7 +45,9 @@ impl Builder<'_, '_> {
     fn area(&self, chain: &[Use], surface: u64, has_poles: bool) -> Option<f64> {
         let tracks: Vec<Vec<Track>> =
             chain.iter().map(|one| self.tracks(one, surface)).collect::<Option<_>>()?;
-        let twice = |one: &Use| chain.iter().filter(|other| other.edge == one.edge).count() == 2;
+        let mut times: HashMap<usize, usize> = HashMap::new();
+        chain.iter().for_each(|one| *times.entry(one.edge).or_default() += 1);
+        let twice = |one: &Use| times.get(&one.edge) == Some(&2);
         let of = |swapped: bool| -> Option<(usize, f64)> {
             let mut laid = Vec::with_capacity(chain.len());
             for (one, sides) in chain.iter().zip(&tracks) {
