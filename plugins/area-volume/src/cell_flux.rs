@@ -1,25 +1,47 @@
-//! The integrals of [`Flux`](crate::flux::Flux) over a surface that is no tensor-product spline, by its cells and stencils.
+//! The integrals of [`Flux`](crate::flux::Flux) over a surface that is no tensor-product spline as a whole, by its cells: by the faces' splines, or by stencils.
 
-use loftsman_kernel::shape::{Cell, Derivative, Hole, Shape, Share, rows_at};
+use std::ops::Range;
+use std::sync::Arc;
+
+use loftsman_kernel::shape::{Cell, Hole, Shape, Share};
 use loftsman_kernel::{Point, Result, Vector, parallel};
 
-use crate::cone::Cones;
 use crate::flux::{MOST, SETTLED, change, most, settled, unsettled};
 use crate::members::Member;
+use crate::row_flux::RowFlux;
+use crate::span_flux::{SpanFlux, Spline};
 
 /// Integrals over what fitted borders bound are refined until they change by less than this: the borders are not nearer.
 const SETTLED_AT_BORDERS: f64 = 1e-10;
 
-/// Gauss points of all cells, and of the cones over the holes that these leave, with the functions there and their derivatives.
+/// Gauss points of all cells, and of the cones over the holes that these leave.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct CellFlux {
-    vertices: Vec<u32>,
-    /// For each cell, and for the cones of each hole, where its vertices start, how many they are, and how many points it has.
-    cells: Vec<(usize, usize, usize)>,
-    weights: Vec<f64>,
-    /// For each point the values, `u` and `v` derivatives of its cell's functions, one after another.
-    rows: Vec<f64>,
+    parts: Vec<Part>,
     moments: bool,
+}
+
+/// Some cells, or cones.
+#[derive(Debug, Clone, PartialEq)]
+struct Part {
+    own: Arc<Own>,
+    points: Points,
+}
+
+/// The vertices that a part depends on: only there is it looked at.
+#[derive(Debug, PartialEq)]
+enum Own {
+    All(Range<usize>),
+    /// Ascending.
+    Some(Vec<u32>),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Points {
+    /// Of a face that is a spline.
+    Spans(SpanFlux),
+    /// Of any other one, and of cones.
+    Rows(RowFlux),
 }
 
 impl CellFlux {
@@ -36,87 +58,159 @@ impl CellFlux {
         };
         counted.retain(|(cell, _)| sense(cell.face) != 0.0);
         let faces: Vec<&[(Cell, Share)]> = counted.chunk_by(|a, b| a.0.face == b.0.face).collect();
-        let shape = surface.shape;
-        let made = parallel::map(faces.len(), |k| {
-            let face = faces[k].first().and_then(|(cell, _)| cell.face);
-            Self::of_face(shape, faces[k], sense(face), moments)
-        });
-        let mut all = Self::empty(moments);
+        let face = |cells: &&[(Cell, Share)]| {
+            let sense = sense(cells.first().and_then(|(cell, _)| cell.face));
+            Face::new(surface, cells, sense, moments)
+        };
+        let own: Vec<Face<'_>> = faces.iter().map(face).collect();
+        let made = parallel::map(faces.len(), |k| own[k].parts(faces[k]));
+        let mut parts = Vec::new();
         for one in made {
-            all.append(one?);
+            parts.extend(one?);
         }
         // Of a part of a surface it is not known how much of a hole counts.
         let mut holes = if surface.cells.is_partial() { Vec::new() } else { surface.cells.holes() };
         holes.retain(|hole| sense(hole.face) != 0.0);
         let faces: Vec<&[Hole]> = holes.chunk_by(|a, b| a.face == b.face).collect();
-        let made = parallel::map(faces.len(), |k| Self::of_holes(shape, faces[k], &sense, moments));
+        let shape = surface.shape;
+        let made = parallel::map(faces.len(), |k| {
+            RowFlux::of_holes(shape, faces[k], |degree| exact(degree, moments), sense)
+        });
         for one in made {
-            all.append(one?);
+            let (own, rows) = one?;
+            parts.push(Part { own: Arc::new(Own::Some(own)), points: Points::Rows(rows) });
         }
-        Ok(all)
+        Ok(Self { parts, moments })
     }
 
-    /// The cones over the holes of a face.
-    fn of_holes(
-        shape: &dyn Shape,
-        holes: &[Hole],
-        sense: &impl Fn(Option<u32>) -> f64,
-        moments: bool,
-    ) -> Result<Self> {
-        let mut flux = Self::empty(moments);
-        for hole in holes {
-            let cones = Cones::new(shape, hole, |degree| exact(degree, moments))?;
-            flux.cells.push((flux.vertices.len(), cones.vertices.len(), cones.weights.len()));
-            flux.vertices.extend(cones.vertices.iter().map(|&v| v as u32));
-            flux.weights.extend(cones.weights.iter().map(|weight| weight * sense(hole.face)));
-            flux.rows.extend(cones.rows);
+    /// `F_i` for each `h`, one a vertex, into `out`; coordinates are taken from `origin`.
+    pub(crate) fn integrate(&self, points: &[Point], origin: &Point, out: &mut Vec<Vec<Vector>>) {
+        start(out, self.moments, points.len());
+        let (mut local, mut found) = (Vec::new(), Vec::new());
+        for part in &self.parts {
+            part.own.gather(points, &mut local);
+            start(&mut found, self.moments, local.len());
+            part.points.integrate(&local, origin, &mut found);
+            for (out, found) in out.iter_mut().zip(&found) {
+                part.own.scatter(found, out);
+            }
         }
-        Ok(flux)
+    }
+}
+
+/// Zeros, one a vertex for each `h`.
+fn start(out: &mut Vec<Vec<Vector>>, moments: bool, vertices: usize) {
+    out.resize_with(if moments { 4 } else { 1 }, Vec::new);
+    for out in out.iter_mut() {
+        out.clear();
+        out.resize(vertices, Vector::zeros());
+    }
+}
+
+impl Own {
+    fn gather(&self, all: &[Point], own: &mut Vec<Point>) {
+        own.clear();
+        match self {
+            Self::All(range) => own.extend_from_slice(&all[range.clone()]),
+            Self::Some(vertices) => own.extend(vertices.iter().map(|&v| all[v as usize])),
+        }
     }
 
-    fn empty(moments: bool) -> Self {
-        Self { vertices: Vec::new(), cells: Vec::new(), weights: Vec::new(), rows: Vec::new(), moments }
+    /// Adds what belongs to its vertices.
+    fn scatter(&self, own: &[Vector], all: &mut [Vector]) {
+        match self {
+            Self::All(range) => all[range.clone()].iter_mut().zip(own).for_each(|(all, own)| *all += own),
+            Self::Some(vertices) => vertices.iter().zip(own).for_each(|(&v, own)| all[v as usize] += own),
+        }
     }
+}
 
-    fn append(&mut self, other: Self) {
-        let start = self.vertices.len();
-        self.vertices.extend(other.vertices);
-        self.cells.extend(other.cells.into_iter().map(|(at, width, count)| (at + start, width, count)));
-        self.weights.extend(other.weights);
-        self.rows.extend(other.rows);
+impl Points {
+    /// Adds their integrals, one for each of the part's own vertices.
+    fn integrate(&self, points: &[Point], origin: &Point, out: &mut [Vec<Vector>]) {
+        match self {
+            Self::Spans(flux) => flux.integrate(points, origin, out),
+            Self::Rows(flux) => flux.integrate(points, origin, out),
+        }
     }
+}
 
-    /// The cells of one face.
-    fn of_face(shape: &dyn Shape, cells: &[(Cell, Share)], sense: f64, moments: bool) -> Result<Self> {
-        let exact = |degree: usize| exact(degree, moments);
-        let flux = Self::with(shape, cells, exact, 1, sense, moments)?;
-        let counts = |cell: &Cell, more: usize| {
-            [0, 1].map(|k| exact(cell.sides.get(k).map_or(0, |side| side.degree)) + more)
+/// The cells of one face.
+struct Face<'s> {
+    shape: &'s dyn Shape,
+    spline: Option<Arc<Spline>>,
+    own: Arc<Own>,
+    sense: f64,
+    moments: bool,
+}
+
+impl<'s> Face<'s> {
+    fn new(surface: &Member<'s>, cells: &[(Cell, Share)], sense: f64, moments: bool) -> Self {
+        let face = cells.first().and_then(|(cell, _)| cell.face);
+        let spline = surface.cells.patch(face).and_then(|patch| Spline::of(&patch));
+        let known = surface.points().len();
+        let whole = |spline: &Spline| {
+            spline.vertices().end <= known && cells.iter().all(|(cell, _)| spline.has(cell))
         };
-        let plain = |(cell, share): &(Cell, Share)| {
+        let spline = spline.filter(whole);
+        let own = match &spline {
+            Some(spline) => Own::All(spline.vertices()),
+            None => {
+                let mut own: Vec<u32> =
+                    cells.iter().flat_map(|(cell, _)| &cell.vertices).map(|&v| v as u32).collect();
+                own.sort_unstable();
+                own.dedup();
+                Own::Some(own)
+            }
+        };
+        Self { shape: surface.shape, spline: spline.map(Arc::new), own: Arc::new(own), sense, moments }
+    }
+
+    /// So many points, beyond those that are exact for polynomials, on each of `parts` parts of cells in either direction.
+    fn points(&self, cells: &[&(Cell, Share)], more: usize, parts: usize) -> Result<Points> {
+        let counts = |degree: usize| exact(degree, self.moments) + more;
+        match (&self.spline, &*self.own) {
+            (None, Own::Some(own)) => {
+                RowFlux::with(self.shape, cells, own, counts, parts, self.sense).map(Points::Rows)
+            }
+            (Some(spline), _) => Ok(Points::Spans(SpanFlux::with(spline, cells, counts, parts, self.sense))),
+            (None, Own::All(_)) => Ok(Points::Rows(RowFlux::default())),
+        }
+    }
+
+    fn part(&self, points: Points) -> Part {
+        Part { own: Arc::clone(&self.own), points }
+    }
+
+    /// The points of cells for which a rule is exact, and those of the others, refined until the integrals of both settle.
+    fn parts(&self, cells: &[(Cell, Share)]) -> Result<Vec<Part>> {
+        let counts = |cell: &Cell, more: usize| {
+            [0, 1].map(|k| exact(cell.sides.get(k).map_or(0, |side| side.degree), self.moments) + more)
+        };
+        let is_exact = |(cell, share): &&(Cell, Share)| {
             let bounded = match share {
                 Share::Part(part) => part.is_exact(counts(cell, 0)),
                 _ => true,
             };
             bounded && !cell.rational
         };
-        if cells.iter().all(plain) {
-            return Ok(flux);
+        let (plain, cells): (Vec<_>, Vec<_>) = cells.iter().partition(is_exact);
+        let plain = self.points(&plain, 0, 1)?;
+        if cells.is_empty() {
+            return Ok(vec![self.part(plain)]);
         }
-        // What only some cells depend on is looked at there only.
-        let mut own: Vec<u32> = flux.vertices.clone();
-        own.sort_unstable();
-        own.dedup();
-        let points: Vec<Point> =
-            own.iter().filter_map(|&v| shape.control_vertices().get(v as usize)).copied().collect();
+        let mut points = Vec::new();
+        self.own.gather(self.shape.control_vertices(), &mut points);
         let middle = crate::members::middle_of(&points);
-        let (mut flux, mut last, mut now) = (flux, Vec::new(), Vec::new());
-        let integrate = |flux: &Self, out: &mut Vec<Vec<Vector>>| {
-            let mut local = flux.clone();
-            local.vertices.iter_mut().for_each(|v| *v = own.binary_search(v).unwrap_or(0) as u32);
-            local.integrate(&points, &middle, out);
+        let (mut beside, mut last, mut now) = (Vec::new(), Vec::new(), Vec::new());
+        start(&mut beside, self.moments, points.len());
+        plain.integrate(&points, &middle, &mut beside);
+        let integrate = |found: &Points, out: &mut Vec<Vec<Vector>>| {
+            out.clone_from(&beside);
+            found.integrate(&points, &middle, out);
         };
-        integrate(&flux, &mut last);
+        let mut found = self.points(&cells, 0, 1)?;
+        integrate(&found, &mut last);
         let bounded = cells.iter().any(|(_, share)| matches!(share, Share::Part(_)));
         let (mut more, mut parts) = (0, 1);
         let count = |more: usize, parts: usize| {
@@ -128,6 +222,7 @@ impl CellFlux {
         };
         let most = most(count(more, parts));
         let highest = cells.iter().flat_map(|(cell, _)| counts(cell, 0)).max().unwrap_or(1);
+        let both = |found: Points| vec![self.part(plain.clone()), self.part(found)];
         let mut near = false;
         for _ in 0..12 {
             if highest + more < MOST {
@@ -138,83 +233,24 @@ impl CellFlux {
             if count(more, parts) > most {
                 break;
             }
-            let finer = Self::with(shape, cells, |degree| exact(degree) + more, parts, sense, moments)?;
+            let finer = self.points(&cells, more, parts)?;
             integrate(&finer, &mut now);
             if bounded {
                 let change = change(&now, &last, &points, &middle);
                 if change <= SETTLED {
-                    return Ok(flux);
+                    return Ok(both(found));
                 }
                 near = change <= SETTLED_AT_BORDERS;
             } else if settled(&now, &last, &points, &middle)? {
-                return Ok(flux);
+                return Ok(both(found));
             }
-            flux = finer;
+            found = finer;
             std::mem::swap(&mut last, &mut now);
             if near && parts > 2 {
-                return Ok(flux);
+                return Ok(both(found));
             }
         }
-        if near { Ok(flux) } else { Err(unsettled()) }
-    }
-
-    /// So many points, which depend on the degree, on each of `parts` parts of a cell in either direction.
-    fn with(
-        shape: &dyn Shape,
-        cells: &[(Cell, Share)],
-        counts: impl Fn(usize) -> usize,
-        parts: usize,
-        sense: f64,
-        moments: bool,
-    ) -> Result<Self> {
-        let mut flux = Self::empty(moments);
-        flux.cells.reserve(cells.len());
-        for (cell, share) in cells {
-            let per = [0, 1].map(|k| counts(cell.sides.get(k).map_or(0, |side| side.degree)));
-            let width = cell.vertices.len();
-            let points = share.gauss_points(cell, per, parts);
-            let of = |by: [usize; 2]| rows_at(shape, cell, &points, Derivative::from(by));
-            let (values, by_u, by_v) = (of([0, 0])?, of([1, 0])?, of([0, 1])?);
-            for at in 0..points.len() {
-                for rows in [&values, &by_u, &by_v] {
-                    flux.rows.extend_from_slice(&rows[at * width..(at + 1) * width]);
-                }
-            }
-            flux.cells.push((flux.vertices.len(), width, points.len()));
-            flux.vertices.extend(cell.vertices.iter().map(|&v| v as u32));
-            flux.weights.extend(points.iter().map(|(_, weight)| weight * sense));
-        }
-        Ok(flux)
-    }
-
-    /// `F_i` for each `h`, one a vertex, into `out`; coordinates are taken from `origin`.
-    pub(crate) fn integrate(&self, points: &[Point], origin: &Point, out: &mut Vec<Vec<Vector>>) {
-        out.resize_with(if self.moments { 4 } else { 1 }, Vec::new);
-        for out in out.iter_mut() {
-            out.clear();
-            out.resize(points.len(), Vector::zeros());
-        }
-        let (mut weights, mut rows) = (self.weights.iter(), self.rows.as_slice());
-        for &(start, width, count) in &self.cells {
-            let vertices = &self.vertices[start..start + width];
-            for weight in weights.by_ref().take(count) {
-                let (own, rest) = rows.split_at(3 * width);
-                rows = rest;
-                let sum = |row: &[f64]| {
-                    let terms = vertices.iter().zip(row);
-                    terms.fold(Vector::zeros(), |sum, (&v, c)| sum + (points[v as usize] - origin) * *c)
-                };
-                let (values, slopes) = own.split_at(width);
-                let (by_u, by_v) = slopes.split_at(width);
-                let (point, normal) = (sum(values), sum(by_u).cross(&sum(by_v)) * *weight);
-                for (kind, out) in out.iter_mut().enumerate() {
-                    let scaled = if kind == 0 { normal } else { normal * point[kind - 1] };
-                    for (&v, c) in vertices.iter().zip(values) {
-                        out[v as usize] += scaled * *c;
-                    }
-                }
-            }
-        }
+        if near { Ok(both(found)) } else { Err(unsettled()) }
     }
 }
 

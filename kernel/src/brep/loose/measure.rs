@@ -172,6 +172,7 @@ impl Brep {
             let widest = after.iter().map(|one| one.gap).fold(0.0, f64::max);
             notes.push(format!("no edge opened: faces are at most {} apart along them", figure(widest)));
         }
+        notes.extend(self.folds(loose, moved)?);
         notes.extend(creases(loose, &after));
         let between = edges.iter().filter(|edge| loose.between.contains(edge)).count();
         if between > 0 {

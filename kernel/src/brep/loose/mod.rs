@@ -17,6 +17,7 @@
 //!   interpolation in the edge's own space, refined.
 
 mod edge;
+mod fold;
 mod follow;
 mod measure;
 mod pair;

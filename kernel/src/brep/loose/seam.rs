@@ -3,13 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::super::Brep;
-use super::sheet::Sheet;
+use super::sheet::{CLOSES, Sheet};
 use crate::error::Result;
 use crate::shape::{Bond, Stencil};
 use crate::spline::Direction;
-
-/// Ends of a surface that are nearer than this part of its size are one.
-const CLOSED: f64 = 1e-7;
 
 impl Brep {
     /// What keeps surfaces closed that move; where nothing may become sharp it is kept with all else that is smooth.
@@ -25,7 +22,7 @@ impl Brep {
         let Some(product) = self.product(sheet.face) else { return Ok(bond) };
         let points = sheet.surface.points();
         let size = points.iter().map(|p| (p - points[0]).norm()).fold(0.0, f64::max);
-        let sides = sheet.surface.parameter_sides(CLOSED * size)?;
+        let sides = sheet.surface.parameter_sides(CLOSES * size)?;
         let counts = [product.u.len(), product.v.len()];
         let vertex = |d: usize, along: usize, across: usize| {
             let [i, j] = if d == 0 { [along, across] } else { [across, along] };

@@ -23,8 +23,10 @@ const WITHIN: usize = ROUNDS;
 const SLACK: f64 = 1e-7;
 /// Ends of curves of a loop that are nearer than this part of the domain are one corner.
 const NEAR: f64 = 1e-4;
-/// How far the two sides of a seam may be apart, as a part of the surface's size.
+/// Where a seam is put elsewhere, its two sides may be so far apart, as a part of the surface's size.
 const CLOSED: f64 = 1e-9;
+/// And ends of a surface that are nearer are one, as files give points, where nothing is made of them.
+pub(super) const CLOSES: f64 = 1e-7;
 
 /// Whether a place of a surface is on its face.
 type Has<'h> = &'h mut dyn FnMut([f64; 2]) -> Result<bool>;
@@ -119,7 +121,7 @@ impl Sheet {
     /// From where to where the face reaches in each direction: beyond its loops where the surface goes on to a pole, or closes, and what is there is inside.
     fn reaches(&self, has: Has<'_>) -> Result<[(f64, f64); 2]> {
         let size = self.surface.points().iter().map(|p| (p - self.surface.points()[0]).amax());
-        let sides = self.surface.parameter_sides(CLOSED * size.fold(0.0, f64::max))?;
+        let sides = self.surface.parameter_sides(CLOSES * size.fold(0.0, f64::max))?;
         let mut reaches = [self.reach(0)?, self.reach(1)?];
         for (k, (low, high)) in reaches.iter_mut().enumerate() {
             let side = &sides[k];
