@@ -21,7 +21,7 @@
 //! | parameter curve on a B-spline surface, of an edge that runs along no line of parameters | that of the edge's use, where it is as near as the edge's tolerance says |
 //! | B-spline surface that B-splines in its parameters bound | a trimmed surface |
 //! | elements of geometric sets | curves, polylines, surfaces; points together as a cloud |
-//! | triangulated faces and solids (AP242) | a mesh each |
+//! | triangulated faces and solids (AP242) | a mesh each; what is read exactly, too, is there once: its tessellation is left out, with a note |
 //! | product | an object named after it, a group where it holds several things or others |
 //! | product that is used more than once, mapped representation | a definition, and instances of it |
 //! | occurrence of a part that is used once | its name, where it is another one than the part's, is kept for STEP |

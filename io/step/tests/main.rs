@@ -14,4 +14,5 @@ mod round_trip;
 mod seams;
 mod sweeps;
 mod swept;
+mod twice;
 mod wound;

@@ -14,6 +14,7 @@ use super::place::Space;
 use super::product::{Node, Products, Role, representation, units};
 use super::report::Account;
 use super::style::Styles;
+use super::twice;
 use super::units::Contexts;
 use crate::layers;
 use crate::part21::File;
@@ -95,6 +96,7 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
             let items = self.items_of(node);
             self.items.push(items);
         }
+        twice::leave_out(self.file, nodes, &mut self.items, self.account);
         self.shown = self.which_show();
         let mut scene = Scene::new();
         scene.unit = self.contexts.unit();
@@ -295,7 +297,7 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
             _ => {
                 let (color, layer) = self.marks[node].clone();
                 let geometry = Arc::new(Geometry::Group);
-                let group = Item { name: String::new(), geometry, color, layer };
+                let group = Item { name: String::new(), geometry, color, layer, tessellation: None };
                 put(list, group, &Spot { color: None, around: None, ..*spot })?
             }
         };
@@ -338,7 +340,13 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
                     let label = called(&child.label, &name);
                     let geometry = Arc::new(Geometry::Instance(definition));
                     let lifted = self.lifted.get(child.node).copied().flatten();
-                    let item = Item { name: String::new(), geometry, color: lifted, layer: None };
+                    let item = Item {
+                        name: String::new(),
+                        geometry,
+                        color: lifted,
+                        layer: None,
+                        tessellation: None,
+                    };
                     let spot =
                         Spot { name: &name, label: &label, parent, transform, color, around, occurrence };
                     put(list, item, &spot)?;

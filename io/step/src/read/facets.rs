@@ -3,9 +3,9 @@
 use loftsman_kernel::Point;
 use loftsman_kernel::mesh::Mesh;
 
-use super::entity::{Args, At, Got, Problem, deeper};
+use super::entity::{Args, At, Got, Problem, deeper, entity};
 use super::place::Space;
-use crate::part21::Value;
+use crate::part21::{File, Value};
 
 /// Whether an entity of this type is made of triangles.
 pub(crate) fn is_one(kind: &[u8]) -> bool {
@@ -29,6 +29,30 @@ pub(crate) fn mesh(space: &Space<'_, '_>, number: u64) -> Got<Mesh> {
         return Err(Problem::new(number, "no triangles are in it"));
     }
     Mesh::new(facets.points, &facets.faces).at(number)
+}
+
+/// What a tessellation says that it stands for: the solid, shell or face that it names, else those that all of its parts name; none where it, or
+/// one of them, names none.
+pub(crate) fn links(file: &File<'_>, number: u64) -> Vec<u64> {
+    fn find(file: &File<'_>, number: u64, depth: usize, found: &mut Vec<u64>) -> Option<()> {
+        let depth = deeper(number, depth).ok()?;
+        let entity = entity(file, number).ok()?;
+        let args = entity.args();
+        let (link, parts) = match entity.only() {
+            b"TESSELLATED_SOLID" | b"TESSELLATED_SHELL" => (args.optional(2).ok()?, args.references(1).ok()?),
+            b"TESSELLATED_GEOMETRIC_SET" => (None, args.references(1).ok()?),
+            b"TRIANGULATED_FACE" | b"COMPLEX_TRIANGULATED_FACE" => (args.optional(4).ok()?, Vec::new()),
+            _ => (None, Vec::new()),
+        };
+        if let Some(link) = link {
+            found.push(link);
+            return Some(());
+        }
+        (!parts.is_empty()).then_some(())?;
+        parts.into_iter().try_for_each(|part| find(file, part, depth, found))
+    }
+    let mut found = Vec::new();
+    find(file, number, 0, &mut found).map_or(Vec::new(), |()| found)
 }
 
 struct Facets<'r, 's, 'f> {

@@ -20,6 +20,8 @@ pub(crate) struct Item {
     pub(crate) geometry: Arc<Geometry>,
     pub(crate) color: Option<[f64; 4]>,
     pub(crate) layer: Option<String>,
+    /// The entity whose triangles it is.
+    pub(crate) tessellation: Option<u64>,
 }
 
 /// A reader of items.
@@ -64,7 +66,7 @@ impl<'r, 'a, 'f> Items<'r, 'a, 'f> {
         let either = [Some(number), set];
         let color = either.iter().flatten().find_map(|&number| self.styles.color(number));
         let layer = either.iter().flatten().find_map(|&number| self.styles.layer(number)).cloned();
-        self.found.push(Item { name, geometry: Arc::new(geometry), color, layer });
+        self.found.push(Item { name, geometry: Arc::new(geometry), color, layer, tessellation: None });
     }
 
     fn one(&mut self, number: u64, set: Option<u64>, depth: usize) -> Got<()> {
@@ -107,7 +109,12 @@ impl<'r, 'a, 'f> Items<'r, 'a, 'f> {
             _ if facets::is_one(kind) => {
                 let mesh = facets::mesh(&self.space, number)?;
                 self.add(number, set, mesh.into());
-                self.account.keep_whole(&[number]);
+                // Whether it stays is seen when everything exact is read.
+                self.found
+                    .iter_mut()
+                    .next_back()
+                    .into_iter()
+                    .for_each(|item| item.tessellation = Some(number));
             }
             _ if is_curve(kind) => {
                 let curve = self.space.bounded(number, 0)?;
@@ -165,7 +172,11 @@ impl<'r, 'a, 'f> Items<'r, 'a, 'f> {
             item.layer = item.layer.take().or_else(|| self.styles.layer(shell?).cloned());
         }
         self.account.keep_whole(&model.whole);
-        self.account.keep_alone(&model.alone);
+        if model.problems.is_empty() {
+            self.account.keep_alone(&model.alone);
+        } else {
+            self.account.keep_partial(&model.alone);
+        }
         self.account.keep_parameters(&model.parameters);
         self.account.problems(model.problems);
         model.notes.into_iter().for_each(|note| self.account.note(note));

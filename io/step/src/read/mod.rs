@@ -16,6 +16,7 @@ mod style;
 mod surface;
 mod swept;
 mod turned;
+mod twice;
 mod units;
 mod wound;
 

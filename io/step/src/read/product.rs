@@ -21,6 +21,8 @@ pub(crate) struct Node {
     /// What it is put together of.
     pub(crate) children: Vec<Child>,
     pub(crate) role: Role,
+    /// Whether it is a representation that no product has.
+    pub(crate) is_lone: bool,
     /// How often others show it.
     pub(crate) uses: usize,
 }
@@ -295,7 +297,7 @@ impl Products {
             let Ok(found) = entity(file, number) else { continue };
             let Ok(args) = representation(&found) else { continue };
             let name = args.name(0);
-            self.nodes.push(Node { label: name.clone(), name, ..Node::default() });
+            self.nodes.push(Node { label: name.clone(), name, is_lone: true, ..Node::default() });
             self.add_representations(self.nodes.len() - 1, number, related);
         }
     }

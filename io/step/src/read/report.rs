@@ -15,6 +15,8 @@ const NAMED: usize = 20;
 const KINDS: usize = 100;
 /// Why parameter curves are left out.
 const PARAMETERS: &str = "parameter curves are computed anew";
+/// Why tessellations are left out.
+const TESSELLATIONS: &str = "tessellations of what is read exactly";
 /// So many lines of the same kind are noted.
 const NOTES: usize = 20;
 
@@ -27,6 +29,8 @@ enum State {
     Kept,
     /// It is part of a parameter curve.
     Parameters,
+    /// It is part of the tessellation of something exact.
+    Tessellation,
 }
 
 /// What became of the entities of a file.
@@ -37,6 +41,8 @@ pub(crate) struct Account<'r, 'f> {
     notes: Vec<String>,
     unsaid: usize,
     parameter_curves: Vec<usize>,
+    tessellations: Vec<usize>,
+    partial: BTreeSet<u64>,
 }
 
 impl<'r, 'f> Account<'r, 'f> {
@@ -49,6 +55,8 @@ impl<'r, 'f> Account<'r, 'f> {
             notes: Vec::new(),
             unsaid: 0,
             parameter_curves: Vec::new(),
+            tessellations: Vec::new(),
+            partial: BTreeSet::new(),
         }
     }
 
@@ -87,14 +95,35 @@ impl<'r, 'f> Account<'r, 'f> {
         }
     }
 
-    /// What nothing names but parameter curves.
+    /// Solids and shells that are in the scene, but for parts of theirs that are not.
+    pub(crate) fn keep_partial(&mut self, numbers: &[u64]) {
+        self.keep_alone(numbers);
+        self.partial.extend(numbers);
+    }
+
+    /// Whether an entity is in the scene, with all of its parts.
+    pub(crate) fn is_whole(&self, number: u64) -> bool {
+        let is_kept = self.file.place(number).is_some_and(|place| self.state[place] == State::Kept);
+        is_kept && !self.partial.contains(&number)
+    }
+
+    /// A tessellation that is not in the scene, because what it stands for is.
+    pub(crate) fn tessellates(&mut self, number: u64, text: &str) {
+        self.tessellations.extend(self.file.place(number));
+        self.note(self.told(number, text));
+    }
+
+    /// What nothing names but parameter curves, and what nothing does but tessellations that are left out.
     fn set_aside(&mut self) {
         let file = self.file;
-        let mut waiting = std::mem::take(&mut self.parameter_curves);
-        while let Some(place) = waiting.pop() {
-            if self.state[place] == State::Unread {
-                self.state[place] = State::Parameters;
-                file.references(place, |number| waiting.extend(file.place(number)));
+        let parameters = std::mem::take(&mut self.parameter_curves);
+        let tessellations = std::mem::take(&mut self.tessellations);
+        for (mut waiting, state) in [(parameters, State::Parameters), (tessellations, State::Tessellation)] {
+            while let Some(place) = waiting.pop() {
+                if self.state[place] == State::Unread {
+                    self.state[place] = state;
+                    file.references(place, |number| waiting.extend(file.place(number)));
+                }
             }
         }
     }
@@ -215,6 +244,7 @@ impl<'r, 'f> Account<'r, 'f> {
             } else {
                 let reason = match self.file.kind(place) {
                     _ if state == State::Parameters => PARAMETERS.to_owned(),
+                    _ if state == State::Tessellation => TESSELLATIONS.to_owned(),
                     Kind::One(name) => reason(&String::from_utf8_lossy(name)),
                     Kind::Several => "of several types at once: no geometry of a product".to_owned(),
                 };
