@@ -39,12 +39,13 @@
 //! models, their faces and edges as what they are: planes, cylinders, extrusions and revolutions, lines, circles, conics, else B-splines, with the parameter curves that are known on
 //! these. A face that meets itself along a seam and is no rectangle of its surface has those of all its edges, on a cylinder, a cone, a sphere and a torus, too: fitted to a tenth of their tolerance and
 //! measured, or none. Trimmed surfaces are bounded by their loops in parameters (`CURVE_BOUNDED_SURFACE`), exactly; meshes are tessellated shells of
-//! triangles. Numbers read back to the same bits.
+//! triangles. Numbers read back to the same bits; so do colours, whose names say them as light where no numbers of sRGB do, and definitions keep their order.
 //! Periodic splines are opened and all are clamped, as other programs take other knots amiss. A transform that is no turn and shift is baked in. What a layer
 //! has beyond its name stands in its description.
 
 mod format;
 mod layers;
+mod light;
 mod part21;
 mod read;
 mod write;

@@ -3,6 +3,7 @@
 mod common;
 mod edges;
 mod editing;
+mod exact;
 mod files;
 mod forms;
 mod geometry;

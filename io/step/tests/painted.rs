@@ -51,7 +51,9 @@ fn colors(text: &str) -> Vec<(String, [f64; 3])> {
         let mut color = None;
         while let Some(next) = open.pop() {
             let body = body(&next);
-            if let Some(numbers) = body.strip_prefix("COLOUR_RGB('',") {
+            // Behind its name.
+            if let Some((_, numbers)) = body.strip_prefix("COLOUR_RGB('").and_then(|all| all.split_once("',"))
+            {
                 let numbers: Vec<f64> =
                     numbers.trim_end_matches(");").split(',').map(|x| x.parse().unwrap()).collect();
                 color = Some([numbers[0], numbers[1], numbers[2]]);

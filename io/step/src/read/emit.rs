@@ -114,7 +114,12 @@ impl<'r, 'a, 'f> Emitter<'r, 'a, 'f> {
             self.definitions.push(is_one.then_some(name));
         }
         self.lift();
-        for node in 0..nodes.len() {
+        let mut order: Vec<usize> = (0..nodes.len()).collect();
+        // In files that were written here the numbers of their products are in the order of definitions.
+        if self.file.header.system == crate::SYSTEM {
+            order.sort_by_key(|&node| nodes[node].product);
+        }
+        for node in order {
             if let Some(name) = self.definitions[node].clone() {
                 let mut list = Definition::new(name);
                 self.body(&mut list, node)?;

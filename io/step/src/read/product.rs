@@ -25,6 +25,8 @@ pub(crate) struct Node {
     pub(crate) is_lone: bool,
     /// How often others show it.
     pub(crate) uses: usize,
+    /// Its PRODUCT, where it has one.
+    pub(crate) product: u64,
 }
 
 /// What a product stands for, as files say that were written here.
@@ -204,14 +206,14 @@ impl Products {
                 .into_iter()
                 .find(|(about, _)| args.name(2) == *about)
                 .map_or(Role::Part, |(_, role)| role);
-            Ok((called(file, &args), role))
+            Ok((called(file, &args), role, product.number))
         })();
         self.read.extend(chain);
-        let ((name, label), role) = name.unwrap_or_else(|problem| {
+        let ((name, label), role, product) = name.unwrap_or_else(|problem| {
             self.problems.push(problem);
             Default::default()
         });
-        self.nodes.push(Node { name, label, role, ..Node::default() });
+        self.nodes.push(Node { name, label, role, product, ..Node::default() });
         self.definitions.insert(definition.number, self.nodes.len() - 1);
         self.nodes.len() - 1
     }

@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 use loftsman_kernel::mesh::color::from_srgb;
 
 use super::entity::{Args, Got, entity, kind};
+use crate::light;
 use crate::part21::{File, Value};
 
 /// What is said of how entities look.
@@ -48,7 +49,8 @@ impl Styles {
         let styled = entity(file, number)?;
         let args = styled.args();
         let item = args.reference(2)?;
-        let (mut context, mut search) = (None, Search { file, color: None, alpha: 1.0, left: 256 });
+        let (mut context, mut search) =
+            (None, Search { file, color: None, said: None, alpha: 1.0, left: 256 });
         for style in args.references(1)? {
             if kind(file, style) == b"PRESENTATION_STYLE_BY_CONTEXT" {
                 let by_context = entity(file, style)?;
@@ -59,7 +61,7 @@ impl Styles {
             }
         }
         if let Some([r, g, b]) = search.color {
-            let color = [from_srgb(r), from_srgb(g), from_srgb(b), search.alpha];
+            let color = light::exact([from_srgb(r), from_srgb(g), from_srgb(b), search.alpha], search.said);
             if color.iter().all(|c| c.is_finite()) {
                 match context {
                     Some(context) => self.within.push(Within { number, item, context, color }),
@@ -116,6 +118,8 @@ impl Styles {
 struct Search<'r, 'f> {
     file: &'r File<'f>,
     color: Option<[f64; 3]>,
+    /// What its name says of it.
+    said: Option<[f64; 4]>,
     alpha: f64,
     /// How many entities may still be looked at: styles that name themselves end.
     left: usize,
@@ -134,6 +138,7 @@ impl Search<'_, '_> {
             b"COLOUR_RGB" if self.color.is_none() => {
                 if let (Ok(r), Ok(g), Ok(b)) = (args.real(1), args.real(2), args.real(3)) {
                     self.color = Some([r, g, b]);
+                    self.said = light::parse(&args.name(0));
                 }
             }
             b"DRAUGHTING_PRE_DEFINED_COLOUR" | b"PRE_DEFINED_COLOUR" if self.color.is_none() => {

@@ -49,6 +49,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
     printer.millimetres = outgoing.unit == Unit::Millimetre;
     printer.out.extend_from_slice(header(&name).as_bytes());
     let common = Common::new(&mut printer, outgoing.unit);
+    let numbers = scene.definitions().iter().map(|of| (of.name(), printer.reserve())).collect();
     let mut writer = Writer {
         outgoing,
         scene: &scene,
@@ -58,6 +59,7 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         looks: Looks::default(),
         origin: 0,
         definitions: HashMap::new(),
+        numbers,
         shared: shared(&scene),
         report: WriteReport::default(),
     };
@@ -108,6 +110,8 @@ struct Writer<'w, 's> {
     origin: u64,
     /// The products of definitions; none where nothing of one goes out.
     definitions: HashMap<&'s str, Option<Product>>,
+    /// The numbers of the PRODUCTs of definitions: in their order, however they show one another.
+    numbers: HashMap<&'s str, u64>,
     /// The products of geometries that several objects share, once they are written.
     shared: HashMap<Key<'s>, Option<Result<Out, Cow<'static, str>>>>,
     report: WriteReport,
@@ -384,9 +388,11 @@ impl<'s> Writer<'_, 's> {
         all.extend(items.into_iter().flat_map(|items| &items.items));
         all.extend(places.iter().filter(|place| **place != self.origin));
         let kind = items.map_or("SHAPE_REPRESENTATION", |items| items.representation);
+        let reserved = self.numbers.get(name).copied().filter(|_| about == crate::DEFINITION);
         let (name, label, about) = (encode(name), encode(label), encode(about));
         let representation = p.put(&format!("{kind}({label},{},#{context})", references(&all)));
-        let product = p.put(&format!("PRODUCT({name},{label},{about},(#{}))", self.common.product));
+        let product = reserved.unwrap_or_else(|| p.reserve());
+        p.put_as(product, &format!("PRODUCT({name},{label},{about},(#{}))", self.common.product));
         p.put(&format!("PRODUCT_RELATED_PRODUCT_CATEGORY('part',$,(#{product}))"));
         let formation = p.put(&format!("PRODUCT_DEFINITION_FORMATION('','',#{product})"));
         let definition =

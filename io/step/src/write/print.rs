@@ -23,6 +23,17 @@ impl Printer {
         self.last
     }
 
+    /// A number for an entity that is written later, before all that are from now on.
+    pub(crate) fn reserve(&mut self) -> u64 {
+        self.last += 1;
+        self.last
+    }
+
+    /// Writes the entity of a number that was [reserved](Self::reserve).
+    pub(crate) fn put_as(&mut self, number: u64, entity: &str) {
+        self.out.extend_from_slice(format!("#{number}={entity};\n").as_bytes());
+    }
+
     pub(crate) fn point(&mut self, p: &Point) -> u64 {
         self.put(&format!("CARTESIAN_POINT('',{})", list(p.iter().map(|&c| real(c)))))
     }

@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use loftsman_kernel::mesh::color::to_srgb;
+use loftsman_kernel::mesh::color::{from_srgb, to_srgb};
 use loftsman_kernel::scene::Scene;
 
 use super::print::{Printer, real, references};
-use crate::layers;
 use crate::part21::encode;
+use crate::{layers, light};
 
 /// What carries a colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -89,22 +89,27 @@ impl Looks {
     }
 }
 
-/// A number of a colour in so many digits as come back the same from light and sRGB.
-fn digits(value: f64) -> String {
-    let rounded = format!("{value:.12e}").parse().unwrap_or(value);
-    real(rounded)
+/// What is left of one, in few digits where these say as much.
+fn rest(value: f64) -> f64 {
+    let rest = 1.0 - value;
+    let rounded: f64 = format!("{rest:.12e}").parse().unwrap_or(rest);
+    if 1.0 - rounded == value { rounded } else { rest }
 }
 
 fn style(p: &mut Printer, [r, g, b, alpha]: [f64; 4], carrier: Carrier) -> u64 {
-    let [r, g, b] = [r, g, b].map(|light| digits(to_srgb(light)));
-    let color = p.put(&format!("COLOUR_RGB('',{r},{g},{b})"));
+    let shown = [r, g, b].map(to_srgb);
+    let through = rest(alpha);
+    let says_all = shown.map(from_srgb) == [r, g, b] && 1.0 - through == alpha;
+    let name = if says_all { String::new() } else { light::name([r, g, b, alpha]) };
+    let [r, g, b] = shown.map(real);
+    let color = p.put(&format!("COLOUR_RGB({},{r},{g},{b})", encode(&name)));
     match carrier {
         Carrier::Surface => {
             let fill = p.put(&format!("FILL_AREA_STYLE_COLOUR('',#{color})"));
             let fill = p.put(&format!("FILL_AREA_STYLE('',(#{fill}))"));
             let mut sides = vec![p.put(&format!("SURFACE_STYLE_FILL_AREA(#{fill})"))];
             if alpha < 1.0 {
-                let through = p.put(&format!("SURFACE_STYLE_TRANSPARENT({})", digits(1.0 - alpha)));
+                let through = p.put(&format!("SURFACE_STYLE_TRANSPARENT({})", real(through)));
                 sides.push(p.put(&format!(
                     "SURFACE_STYLE_RENDERING_WITH_PROPERTIES(.NORMAL_SHADING.,#{color},(#{through}))"
                 )));
