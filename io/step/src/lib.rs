@@ -6,7 +6,8 @@
 //! the whole file as objects. Here a file is scanned once for where its entities are, and parsed where one is asked for.
 //!
 //! **Reading.** Every entity is accounted for in the report. What is malformed is left out with its number and line, with the face,
-//! curve or solid that uses it, and the rest is read; a file is an error where its text is broken or nothing of it is left.
+//! curve or solid that uses it, and the rest is read; a file is an error where its text is broken (where it was cut off that says up to which entity it is whole) or nothing of it is left:
+//! then the first cause is named, or what stands where geometry should.
 //! What is read but not where it should be is noted: edges that are off their surfaces or vertices by more than their tolerance and a ten-thousandth
 //! of the size, and loops that lie outside of what the other ones of their face bound.
 //!

@@ -8,6 +8,7 @@ mod files;
 mod forms;
 mod geometry;
 mod hostile;
+mod nothing;
 mod occurrences;
 mod painted;
 mod parameters;

@@ -10,6 +10,9 @@ use super::text::decode;
 const TIMES: u64 = 50;
 const MORE: u64 = 10_000_000;
 
+/// What whole files end with.
+const END: &[u8] = b"END-ISO-10303-21";
+
 /// Where an entity is.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Record {
@@ -158,6 +161,11 @@ impl<'f> File<'f> {
         self.line(self.records[place].start)
     }
 
+    /// How many lines there are.
+    pub(crate) fn lines(&self) -> usize {
+        self.line(self.bytes.trim_ascii_end().len())
+    }
+
     /// The line of a byte, counted from 1: by `\n`, or by `\r` where there are none.
     pub(crate) fn line(&self, at: usize) -> usize {
         line(self.bytes, at)
@@ -213,9 +221,7 @@ impl Scan<'_> {
                 b"" => {
                     let found = self.cursor.found();
                     if self.cursor.peek().is_none() {
-                        return self
-                            .cursor
-                            .fault("the file ends before END-ISO-10303-21: it was cut off, get it again");
+                        return self.cut("the file ends before END-ISO-10303-21");
                     }
                     return self.cursor.fault(format!("{found} where a section is needed"));
                 }
@@ -236,6 +242,15 @@ impl Scan<'_> {
         }
     }
 
+    /// That the file was cut off, and up to where it is whole.
+    fn cut<T>(&self, how: &str) -> Result<T, Fault> {
+        let behind = self.records.last().map(|last| {
+            let line = line(self.cursor.bytes, last.end);
+            format!("; the last whole entity is #{}, line {line}", last.number)
+        });
+        self.cursor.fault(format!("{how}: it was cut off, get it again{}", behind.unwrap_or_default()))
+    }
+
     fn end_of_statement(&mut self) -> Result<(), Fault> {
         self.cursor.skip()?;
         if self.cursor.take(b';') {
@@ -253,9 +268,7 @@ impl Scan<'_> {
         loop {
             let Some(step) = memchr::memchr3(b';', b'\'', b'/', &bytes[at..]) else {
                 self.cursor.at = start;
-                return self
-                    .cursor
-                    .fault(format!("the file ends within {what}: it was cut off, get it again"));
+                return self.cut(&format!("the file ends within {what}"));
             };
             at += step + 1;
             match bytes[at - 1] {
@@ -267,6 +280,9 @@ impl Scan<'_> {
                     Some(end) => at += end + 1,
                     None => {
                         self.cursor.at = at - 1;
+                        if memchr::memmem::find(&bytes[at..], END).is_none() {
+                            return self.cut(&format!("the file ends within a text in {what}"));
+                        }
                         return self.cursor.fault(format!("a text in {what} does not end: close it with '"));
                     }
                 },
@@ -328,7 +344,7 @@ impl Scan<'_> {
                 }
                 let found = self.cursor.found();
                 return if self.cursor.peek().is_none() {
-                    self.cursor.fault("the file ends within its data: it was cut off, get it again")
+                    self.cut("the file ends within its data")
                 } else {
                     self.cursor.fault(format!("{found} where an entity (#number = …) or ENDSEC is needed"))
                 };

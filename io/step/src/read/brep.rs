@@ -450,7 +450,8 @@ impl<'r, 'f> Builder<'r, 'f> {
             // The cause, not that what names it goes with it.
             let cause = self.problems.iter().find(|p| !p.text.ends_with(LEFT_OUT));
             let first = cause.map(|p| format!(": #{}: {}", p.number, p.text));
-            let text = format!("nothing of it is left{}", first.unwrap_or_default());
+            let text =
+                format!("nothing of it is left{}", first.unwrap_or_else(|| ": it lists no face".to_owned()));
             return Err(Problem::new(number, text));
         }
         self.order();

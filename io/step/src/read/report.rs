@@ -1,5 +1,7 @@
 //! The account of every entity: what is in the scene, what is not, and why.
 
+mod nothing;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use loftsman_kernel::plugin::{Fate, FormatError, FormatErrorKind, ReadReport};
@@ -145,16 +147,7 @@ impl<'r, 'f> Account<'r, 'f> {
 
     /// An entity in words: `#345 (CARTESIAN_POINT), line 812: why`.
     pub(crate) fn told(&self, number: u64, text: &str) -> String {
-        match self.file.place(number) {
-            Some(place) => {
-                let kind = match self.file.kind(place) {
-                    Kind::One(name) => clip(&String::from_utf8_lossy(name)),
-                    Kind::Several => "of several types".to_owned(),
-                };
-                format!("#{number} ({kind}), line {}: {text}", self.file.line_of(place))
-            }
-            None => format!("#{number}: {text}"),
-        }
+        format!("{}: {text}", self.named(number))
     }
 
     /// The first entity that names each of some numbers: one pass over the file.
@@ -204,19 +197,7 @@ impl<'r, 'f> Account<'r, 'f> {
         }
         report.notes.extend(unknown_schema(&header.schemas));
         if scene.objects().is_empty() {
-            let first = self.at_fault.iter().next().map(|(number, text)| match self.file.place(*number) {
-                Some(_) => self.told(*number, text),
-                None => self.told_missing(*number, self.who_names(&[*number])[0].1),
-            });
-            let strange =
-                unknown_schema(&header.schemas).map(|told| format!(" ({told})")).unwrap_or_default();
-            let problem = match first {
-                Some(first) => format!("nothing in it can be read: {first}{strange}"),
-                None => format!(
-                    "there is no geometry in it that is read: no solid, surface, curve or mesh of a product{strange}"
-                ),
-            };
-            return Err(FormatError::whole(problem).as_kind(FormatErrorKind::Unsupported));
+            return Err(FormatError::whole(self.nothing()).as_kind(FormatErrorKind::Unsupported));
         }
         let missing: Vec<u64> =
             self.at_fault.keys().copied().filter(|number| self.file.place(*number).is_none()).collect();
