@@ -1,4 +1,4 @@
-//! The parameters of a surface as the schema counts them, at points and back.
+//! The parameters of a surface, angles and lengths on an elementary one, at points and back.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,7 +12,7 @@ const POLE: f64 = 1e-7;
 /// How far beyond the domain of a spline a parameter may be, as a part of it: what is within its tolerance of an end is on it.
 const SLACK: f64 = 1e-6;
 
-/// A surface that closes, as it is written.
+/// A surface that closes, by the parameters that belong to its form.
 ///
 /// Of a cylinder, a cone, a sphere and a torus `u` is the angle about the axis from the frame's `x` on, and `v` the height along the axis (of a cone, too: its
 /// parameter is not the way along the line), the latitude, the angle about the tube from outside, in radians; of a spline they are its own.

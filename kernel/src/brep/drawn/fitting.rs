@@ -1,4 +1,4 @@
-//! Parameter curves at the pace of the curves that are written for their edges.
+//! Parameter curves at the pace of the curves that stand for their edges in space.
 
 use super::pace::Pace;
 use crate::brep::Edge;
@@ -17,7 +17,7 @@ const SLACK: f64 = 1e-12;
 /// Domains that differ by a smaller part of them are the same.
 const SAME: f64 = 1e-12;
 
-/// A parameter curve as it is written: over `pace`, from the edge's start to its end. `None` where it is not the edge at that pace.
+/// A parameter curve at another pace: over `pace`, from the edge's start to its end. `None` where it is not the edge at that pace.
 ///
 /// # Errors
 /// When an evaluation overflows.

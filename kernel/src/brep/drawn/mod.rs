@@ -1,9 +1,9 @@
 //! Faces that meet themselves along a seam: all their edges in the parameters of the surface, loop by loop without a jump.
 //!
-//! Readers compute parameter curves of elementary surfaces, and of splines where none are written. Where a face meets itself along an edge that is not always enough: both uses are
-//! the same curve in space, and which of the two sides of the seam the edges beside it start from is theirs to guess (OpenCASCADE read a torus around a hole as the hole, and
-//! no area of a sphere whose seam lies a rounding error to one side of the surface's own). So all edges of such a face are said, or none: readers shift what they compute by a turn
-//! against what is given. A face between lines of constant parameters and a seam, as most cylinders are, is read as it is by all, and stays short.
+//! Edges in space say where they are in the parameters of a surface that no face meets itself on. Where one does, along an edge, that is not enough: both uses are
+//! the same curve in space, and on which of the two sides of the seam the edges beside it start cannot be told from there (a torus around a hole may as well be the hole, and a sphere
+//! whose seam lies a rounding error to one side of the surface's own may have no area). So all edges of such a face are said, or none: what is computed of one edge alone lies a turn
+//! away from what is said of its neighbour. A face between lines of constant parameters and a seam, as most cylinders are, leaves no such choice, and nothing is said of it.
 
 mod chart;
 mod fitting;
@@ -27,32 +27,32 @@ use track::{Track, is_iso};
 /// What splines may be apart where they close, as a part of their size.
 const CLOSED: f64 = 1e-7;
 
-/// The surface of a face, as a file has it.
+/// The surface of a face, as its edges are to be drawn on it.
 #[derive(Debug, Clone, Copy)]
 pub struct Sheet<'s> {
-    /// Whether its normal in the file is that of the spline.
+    /// Whether its normal is that of the spline.
     pub same: bool,
-    /// Whether it is written as a plane, cylinder, cone, sphere or torus.
+    /// Whether it is taken as a plane, cylinder, cone, sphere or torus, with the parameters of these.
     pub elementary: bool,
-    /// What is written, where that is a spline.
+    /// What it is taken as, where that is a spline.
     pub spline: Option<&'s Surface>,
 }
 
-/// How a file has the edges of faces that meet themselves.
+/// How the edges of faces that meet themselves are drawn.
 #[derive(Debug, Clone, Copy)]
 pub struct Manner {
-    /// Whether conics are written as what they are, over their own parameters; else lines and circles are, the way the edge runs, and all others as splines.
+    /// Whether conics keep their own parameters; else lines and circles do, the way the edge runs, and all others are splines.
     pub conics: bool,
-    /// Whether seams are [written from their backs](Drawings::back) where that helps: files that have a parameter curve with each use need it not.
+    /// Whether seams are [turned round](Drawings::back) where their later use runs against them: a parameter curve that belongs to a use, not to the edge, needs it not.
     pub backs: bool,
 }
 
 /// Edges in the parameters of faces.
 #[derive(Debug, Default)]
 pub struct Drawings {
-    /// Over the parameters of the written curve, by where they are used.
+    /// Over the parameters of the curve that stands for the edge in space, by where they are used.
     pub curves: BTreeMap<UsePlace, Curve>,
-    /// Edges whose curves are written from their backs.
+    /// Edges whose curves are to run the other way.
     pub back: BTreeSet<usize>,
     /// Whether a face has edges that should be said and are not, as they could not be.
     pub unsaid: bool,
@@ -61,7 +61,7 @@ pub struct Drawings {
 }
 
 impl Drawings {
-    /// Adds the edges of a face that meets itself along one of them; nothing of another face. One that cannot be said is written without, as others are, and
+    /// Adds the edges of a face that meets itself along one of them; nothing of another face. One that cannot be said has none, as others have, and
     /// that is known afterwards.
     pub fn add(&mut self, brep: &Brep, face: usize, sheet: &Sheet<'_>, manner: Manner) {
         match drawn(brep, face, sheet, manner) {
@@ -138,7 +138,7 @@ fn drawn(brep: &Brep, face: usize, sheet: &Sheet<'_>, manner: Manner) -> Result<
         all.off = all.off.max(off);
         all.curves.insert(*place, curve);
     }
-    // A seam whose two uses are on one side of it is none for readers.
+    // A seam whose two uses are on one side of it bounds like any other edge.
     for (place, curve) in &all.curves {
         let held = brep.loops(face).get(place.chain).and_then(|chain| chain.get(place.number));
         let Some(number) = held.map(|one| one.edge) else { return Ok(None) };
@@ -158,7 +158,7 @@ fn drawn(brep: &Brep, face: usize, sheet: &Sheet<'_>, manner: Manner) -> Result<
     Ok(Some(all))
 }
 
-/// What is written of an edge where conics but circles are splines: always along the edge.
+/// What stands for an edge where conics but circles are splines: always along the edge.
 fn upright(edge: &Edge) -> Result<CurveForm> {
     Ok(match edge.form {
         CurveForm::Line => CurveForm::Line,
@@ -170,8 +170,8 @@ fn upright(edge: &Edge) -> Result<CurveForm> {
     })
 }
 
-/// Whether the curve of a seam is to be written from its back: so that the later use of it runs along. OpenCASCADE gives the two parameter curves to the uses in their order, and
-/// where the later one runs against the curve it has them the wrong way round.
+/// Whether the curve of a seam is to be turned round, so that the later use of it runs along: of two parameter curves that belong to the edge the first is then that of the first use,
+/// whoever counts uses, and whoever goes by which of them runs along.
 fn runs_back(brep: &Brep, number: usize, edge: &Edge) -> Result<bool> {
     let [first, last] = brep.uses(number) else { return Ok(false) };
     if first.face != last.face || !can_turn(edge) {
@@ -182,7 +182,7 @@ fn runs_back(brep: &Brep, number: usize, edge: &Edge) -> Result<bool> {
     Ok(held.is_some_and(|one| one.reversed == along))
 }
 
-/// Whether a face uses an edge twice, and then whether it has no other edges. `None` where it does not, or an edge has more than two uses: a file has place for two parameter curves.
+/// Whether a face uses an edge twice, and then whether it has no other edges. `None` where it does not, or an edge has more than two uses: an edge has two parameter curves at most.
 fn seams(brep: &Brep, face: usize) -> Option<bool> {
     let (mut some, mut alone) = (false, true);
     for one in brep.loops(face).iter().flatten() {
@@ -227,7 +227,7 @@ fn on_spline(brep: &Brep, face: usize) -> Result<Vec<Vec<Laid>>> {
     loops.into_iter().map(|chain| chain.into_iter().map(laid).collect()).collect()
 }
 
-/// Where edges start and end in the parameters of an elementary surface: the face on the spline whose angles start where the schema's do.
+/// Where edges start and end in the parameters of an elementary surface: the face on the spline whose angles start where the frame's do.
 fn on_covering(brep: &Brep, face: usize, sheet: &Sheet<'_>, chart: &Chart<'_>) -> Result<Vec<Vec<Laid>>> {
     let form = brep.surface_form(face);
     let Some(own) = brep.face(face) else { return Ok(Vec::new()) };

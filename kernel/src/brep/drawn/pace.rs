@@ -1,4 +1,4 @@
-//! How written curves run along the edges that they are of.
+//! How curves that stand for edges run along these.
 
 use std::f64::consts::TAU;
 
@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::spline::Curve;
 use crate::{Point, Vector};
 
-/// The parameters of a written curve where an edge starts and ends; the second is less where the edge runs against it.
+/// The parameters of the curve that stands for an edge where the edge starts and ends; the second is less where the edge runs against it.
 #[derive(Debug, Clone, Copy)]
 pub struct Pace {
     /// The parameter where the edge starts.
@@ -20,7 +20,7 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// That of the curve which is written for an edge, the way it runs or [from its back](can_turn): a circle's is its angle.
+    /// That of the curve which stands for an edge, the way it runs or [turned round](can_turn): a circle's is its angle.
     ///
     /// # Errors
     /// When an evaluation overflows.
@@ -67,14 +67,14 @@ impl Pace {
         let (from, rest) = (angle(start), angle(end));
         let turn = if along { (rest - from).rem_euclid(TAU) } else { (from - rest).rem_euclid(TAU) };
         let turn = if closes || turn <= 1e-9 { TAU } else { turn };
-        // As readers have them: the lesser one from 0 to a turn.
+        // The lesser one from 0 to a turn, as angles of a circle are counted.
         let low = if along { from } else { from - turn }.rem_euclid(TAU);
         let low = if low > TAU - 1e-9 { low - TAU } else { low };
         let (from, to) = if along { (low, low + turn) } else { (low + turn, low) };
         Self { from, to, round: Some((frame, radii)), hyperbolic: false }
     }
 
-    /// Whether the edge runs along the written curve.
+    /// Whether the edge runs along that curve.
     pub fn along(&self) -> bool {
         self.from < self.to
     }
@@ -84,12 +84,12 @@ impl Pace {
         self.round.is_none()
     }
 
-    /// The parameter of the written curve at a share of the edge.
+    /// The parameter of that curve at a share of the edge.
     pub fn at(&self, share: f64) -> f64 {
         self.from + (self.to - self.from) * share
     }
 
-    /// The point of the written curve at a share of the way, of which `own` is the spline.
+    /// The point of that curve at a share of the way, of which `own` is the spline.
     ///
     /// # Errors
     /// When an evaluation overflows.
@@ -104,7 +104,7 @@ impl Pace {
     }
 }
 
-/// Whether the curve of an edge can be written from its back: the same, the other way round.
+/// Whether the curve of an edge can be turned round: the same, the other way.
 pub fn can_turn(edge: &Edge) -> bool {
     !matches!(edge.form, CurveForm::Parabola { .. } | CurveForm::Hyperbola { .. })
 }

@@ -1,4 +1,4 @@
-//! An edge in the parameters of a surface, at the pace of the curve that is written for it.
+//! An edge in the parameters of a surface, at the pace of the curve that stands for it in space.
 
 use crate::Point;
 use crate::brep::Edge;
@@ -21,7 +21,7 @@ const EACH: usize = 7;
 /// How far a curve may be off, as a part of the edge's size and of its tolerance.
 const OF_SIZE: f64 = 1e-9;
 const OF_TOLERANCE: f64 = 0.1;
-/// Where a place lies by a pole it is the noise of the file that says at which angle; an edge of a constant angle may be off by so much of its size there, of how far
+/// Where a place lies by a pole it is the noise of its coordinates that says at which angle; an edge of a constant angle may be off by so much of its size there, of how far
 /// away it is, and no more than this part of its size.
 const NOISE: f64 = 1e-6;
 const NOISE_FAR_AWAY: f64 = 1e-9;
@@ -122,9 +122,9 @@ impl<'c> Track<'c> {
     /// The edge in the parameters of the surface, and by how much it is off where that is more than the edge's tolerance says; `None` where it is nothing
     /// that is as near to it as it should be.
     ///
-    /// A clamped curve of two coordinates over the parameters of the written one: also a line, as readers look at where one without ends begins.
+    /// A clamped curve of two coordinates over the parameters of the one in space: also a line, as one without ends begins nowhere.
     pub(super) fn drawn(&self) -> Result<Option<(Curve, f64)>> {
-        // What stands still around the surface does so to the bit, for readers ask on which side of a seam it is: where the angles start, if it is there.
+        // What stands still around the surface does so to the bit, for it is asked on which side of a seam it is: where the angles start, if it is there.
         let mut tries = vec![self.still(true), self.still(false), [None; 2]];
         tries.dedup();
         for still in tries {
@@ -305,7 +305,7 @@ impl<'c> Track<'c> {
     }
 }
 
-/// How far an edge with these points may miss the pole of a surface by the noise of a file.
+/// How far an edge with these points may miss the pole of a surface by the noise of coordinates of some ten digits.
 pub fn noise(points: &[Point], tolerance: f64) -> f64 {
     let Some(first) = points.first() else { return tolerance };
     let size = points.iter().map(|p| (p - first).norm()).fold(0.0, f64::max);
