@@ -106,7 +106,7 @@ pub struct DefinitionFacts {
 
 /// The facts about a scene and each of its objects.
 pub fn describe(scene: &Scene) -> SceneFacts {
-    let mut placed = Placed::default();
+    let mut placed = Placed::of(scene);
     let shown_by = instances(scene, &mut placed);
     let mut all = |objects: &[Object], maps: &[Option<Matrix4<f64>>]| -> Vec<ObjectFacts> {
         let facts = objects.iter().zip(maps).map(|(object, map)| {

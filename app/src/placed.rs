@@ -1,12 +1,12 @@
 //! How large things are where they stand: measures and boxes of objects that their transforms, and those above them, place.
 
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::collections::{HashMap, HashSet};
 
-use loftsman_kernel::Point;
 use loftsman_kernel::nalgebra::{Matrix3, Matrix4};
 use loftsman_kernel::placement::transform_point;
-use loftsman_kernel::scene::{Geometry, Scene, Standing, similarity};
+use loftsman_kernel::scene::{Definition, Geometry, Scene, Standing, similarity};
+use loftsman_kernel::{Point, parallel};
 
 use crate::facts::{ObjectFacts, OwnFacts, bounds, corners, shape};
 use crate::measures::Measures;
@@ -39,6 +39,18 @@ fn linear(map: &Matrix4<f64>) -> Matrix3<f64> {
 }
 
 impl Placed {
+    /// That of the objects of a scene and of its definitions: each geometry is measured once, several of them at a time.
+    pub(crate) fn of(scene: &Scene) -> Self {
+        let defined = scene.definitions().iter().flat_map(Definition::objects);
+        let mut seen = HashSet::new();
+        let mut all: Vec<(usize, &Geometry)> =
+            scene.objects().iter().chain(defined).map(|o| (o.geometry_id(), o.geometry())).collect();
+        all.retain(|(id, _)| seen.insert(*id));
+        let known = parallel::map(all.len(), |k| shape(all[k].1));
+        let own = all.iter().map(|(id, _)| *id).zip(known).collect();
+        Self { own, ..Self::default() }
+    }
+
     /// What is said of a geometry where a map places it. Of one that is not the identity its own coordinates are told, too.
     pub(crate) fn facts(
         &mut self,
@@ -190,7 +202,7 @@ mod tests {
     use super::*;
     use loftsman_kernel::Vector;
     use loftsman_kernel::mesh::{Mesh, Polyline};
-    use loftsman_kernel::scene::{Definition, Object};
+    use loftsman_kernel::scene::Object;
 
     fn cube() -> Geometry {
         let corner = |k: usize| Point::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
