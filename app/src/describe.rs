@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use loftsman_kernel::nalgebra::Matrix4;
 use loftsman_kernel::scene::{Definition, Geometry, Object, Scene, Standing, Unit, Up};
 
-use crate::facts::is_false;
-pub use crate::facts::{Degree, ObjectFacts, OffEdge, OpenEdge, OwnFacts};
+pub use crate::facts::{Degree, FaceFacts, ObjectFacts, OffEdge, OpenEdge, OwnFacts};
+use crate::facts::{faces, is_false};
 use crate::placed::{Placed, instances};
 
 /// The facts about a scene.
@@ -106,12 +106,26 @@ pub struct DefinitionFacts {
 
 /// The facts about a scene and each of its objects.
 pub fn describe(scene: &Scene) -> SceneFacts {
+    told(scene, false)
+}
+
+/// The same with each face of each Brep ([`ObjectFacts::face_list`]).
+pub fn describe_faces(scene: &Scene) -> SceneFacts {
+    told(scene, true)
+}
+
+fn told(scene: &Scene, with_faces: bool) -> SceneFacts {
     let mut placed = Placed::of(scene);
     let shown_by = instances(scene, &mut placed);
     let mut all = |objects: &[Object], maps: &[Option<Matrix4<f64>>]| -> Vec<ObjectFacts> {
         let facts = objects.iter().zip(maps).map(|(object, map)| {
             let shape = placed.facts(object.geometry_id(), object.geometry(), map.as_ref());
+            let face_list = match object.geometry() {
+                Geometry::Brep(brep) if with_faces => faces(brep, map.as_ref()),
+                _ => Vec::new(),
+            };
             ObjectFacts {
+                face_list,
                 name: object.name().to_owned(),
                 label: object.label.clone(),
                 parent: object.parent.clone(),

@@ -1,5 +1,7 @@
 //! What is said of one object: its type and the facts that people ask first, in its own coordinates.
 
+mod faces;
+
 use std::collections::HashSet;
 
 use loftsman_kernel::Point;
@@ -9,6 +11,8 @@ use loftsman_kernel::scene::Geometry;
 use loftsman_kernel::spline::{Curve, CurvePiece, Surface, SurfacePiece};
 
 use crate::measures::{Measures, closed, of_brep};
+pub use faces::FaceFacts;
+pub(crate) use faces::faces;
 
 /// The facts about an object, as it stands: lengths, areas, volumes and places are those of the scene (of an object of a definition, the
 /// definition's), with its own transform and those above it. What does not apply is left out when it is serialised.
@@ -89,6 +93,9 @@ pub struct ObjectFacts {
     /// How many colours the faces of a brep have, where they have colours of their own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub face_colors: Option<usize>,
+    /// Each of the faces of a brep, where they are asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub face_list: Vec<FaceFacts>,
     /// Shells of a brep.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shells: Option<usize>,

@@ -183,6 +183,9 @@ pub(crate) struct InfoArgs {
     /// An option of that format. May be repeated.
     #[arg(long, value_name = "OPTION=VALUE", value_parser = option, requires = "to")]
     pub(crate) write: Vec<(String, Value)>,
+    /// Say of each face of a solid its number, what it is, its parameters and a place inside of it, as recipes take places on faces: { face, uv }.
+    #[arg(short, long)]
+    pub(crate) verbose: bool,
     #[command(flatten)]
     pub(crate) json: Json,
 }

@@ -46,6 +46,52 @@ fn info_shows_an_assembly_as_a_tree() {
     assert!(text.contains("18 solids · 160 faces · 354 edges") && !text.contains("not measured"), "{text}");
 }
 
+/// A place on each face, as `info` tells it, is one that an edit takes, and it is where `info` says.
+#[test]
+fn places_that_info_tells_on_faces_are_those_of_recipes() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = data("red_cube_blue_cylinder.step");
+    let short = LOFTSMAN.json(folder.path(), &["info", &file]);
+    assert!(short["objects"].as_array().unwrap().iter().all(|object| object.get("face_list").is_none()));
+    let found = LOFTSMAN.json(folder.path(), &["info", "-v", &file]);
+    let mut forms = Vec::new();
+    for object in found["objects"].as_array().unwrap() {
+        let list = object["face_list"].as_array().unwrap();
+        assert_eq!(json!(list.len()), object["faces"]);
+        for (number, face) in list.iter().enumerate() {
+            assert_eq!(face["face"], number);
+            forms.push(face["form"].as_str().unwrap().to_owned());
+            let numbers = |list: &Value| -> Vec<f64> {
+                list.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+            };
+            let (uv, at) = (numbers(&face["uv"]), numbers(&face["at"]));
+            for d in 0..2 {
+                let domain = numbers(&face["domain"][d]);
+                assert!(domain[0] < uv[d] && uv[d] < domain[1], "{face}");
+            }
+            for by in [0.0, 0.01] {
+                let to = [at[0] + by, at[1] - by, at[2] + 2.0 * by];
+                let place = json!({ "face": number, "uv": uv });
+                let step = json!({ "op": "edit", "object": object["name"],
+                    "constraints": [{ "kind": "position", "at": place, "to": to }] });
+                let recipe = json!({ "input": file, "output": "out.loft.json", "step": [step] });
+                std::fs::write(folder.path().join("recipe.json"), recipe.to_string()).unwrap();
+                let report = LOFTSMAN.json(folder.path(), &["run", "recipe.json"]);
+                let step = &report["steps"][0];
+                assert!(step["residual"].as_f64().unwrap() < 1e-9, "{face}: {step}");
+                let moved = step["adjustment"].as_f64().unwrap();
+                assert!(if by == 0.0 { moved < 1e-9 } else { moved > 0.01 }, "{face}: {step}");
+            }
+        }
+    }
+    forms.sort_unstable();
+    assert_eq!((forms.len(), &forms[0][..], &forms[8][..]), (9, "cylinder", "plane"), "{forms:?}");
+    let text = LOFTSMAN.done(folder.path(), &["info", "-v", &file]);
+    let uv = &found["objects"][1]["face_list"][2]["uv"];
+    let line = format!("inside at uv = [{}, {}], (", uv[0].as_f64().unwrap(), uv[1].as_f64().unwrap());
+    assert!(text.contains("face 2  ") && text.contains(&line), "{text}");
+}
+
 /// A face of polygons in millimetres, as text.
 fn polygon(corners: &[[f64; 3]]) -> String {
     let points: Vec<String> = corners

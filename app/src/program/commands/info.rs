@@ -5,7 +5,10 @@ use std::fmt::Write;
 use std::process::ExitCode;
 
 use crate::convert::Conversion;
-use crate::describe::{Degree, LayerFacts, ObjectFacts, OffEdge, OpenEdge, SceneFacts, Totals, describe};
+use crate::describe::{
+    Degree, FaceFacts, LayerFacts, ObjectFacts, OffEdge, OpenEdge, SceneFacts, Totals, describe,
+    describe_faces,
+};
 use crate::file::output::encode;
 use crate::file::{Content, Input};
 use loftsman_kernel::plugin::{Format, FormatError, ReadReport, Registry, Source, WriteOptions};
@@ -97,7 +100,7 @@ pub(crate) fn run(args: &InfoArgs, registry: &Registry) -> anyhow::Result<ExitCo
         bytes: input.bytes().len(),
         format: format.name,
         conversion: to.map(|to| Losses::of(&scene, to.as_ref(), &options, registry)),
-        scene: describe(&scene),
+        scene: if args.verbose { describe_faces(&scene) } else { describe(&scene) },
         report,
     };
     if args.json.wanted {
@@ -186,6 +189,7 @@ fn list(objects: &[ObjectFacts], unit: Unit, indent: &str, text: &mut String) {
         let width = width.saturating_sub(2 * depth);
         let facts = self::object(object, unit);
         let _ = writeln!(text, "{indent}{:width$}  {:8}  {facts}", object.name, object.kind);
+        object.face_list.iter().for_each(|one| _ = writeln!(text, "{indent}  {}", face(one)));
     }
 }
 
@@ -258,6 +262,17 @@ fn size([low, high]: [[f64; 3]; 2], unit: Unit) -> String {
         (0..3).map(|i| figure(if long[i] <= least.max(rounding(i)) { 0.0 } else { long[i] })).collect();
     let unit = if unit == Unit::Unknown { String::new() } else { format!(" {}", unit.one()) };
     format!("size {}{unit}", size.join(" × "))
+}
+
+/// `face 3 top  plane · u 0 to 1, v 0 to 2 · inside at uv = [0.5, 1], (3, 4, 5)`: parameters with all their digits, as recipes take them.
+fn face(face: &FaceFacts) -> String {
+    let name = face.name.as_ref().map(|name| format!(" {name}")).unwrap_or_default();
+    let [[u0, u1], [v0, v1]] = face.domain;
+    let mut facts = vec![face.form.to_owned(), format!("u {u0} to {u1}, v {v0} to {v1}")];
+    if let (Some([u, v]), Some(at)) = (face.uv, face.at) {
+        facts.push(format!("inside at uv = [{u}, {v}], {}", measures::place(at)));
+    }
+    format!("face {}{name}  {}", face.face, styled(DIM, &facts.join(" · ")))
 }
 
 fn object(object: &ObjectFacts, unit: Unit) -> String {
