@@ -110,11 +110,9 @@ impl<'r, 'a, 'f> Items<'r, 'a, 'f> {
                 let mesh = facets::mesh(&self.space, number)?;
                 self.add(number, set, mesh.into());
                 // Whether it stays is seen when everything exact is read.
-                self.found
-                    .iter_mut()
-                    .next_back()
-                    .into_iter()
-                    .for_each(|item| item.tessellation = Some(number));
+                if let Some(item) = self.found.last_mut() {
+                    item.tessellation = Some(number);
+                }
             }
             _ if is_curve(kind) => {
                 let curve = self.space.bounded(number, 0)?;

@@ -29,6 +29,9 @@ pub(super) fn leave_out(
     let mut seen: HashSet<u64> = HashSet::new();
     let mut kept = Vec::new();
     for (node, found) in nodes.iter().zip(items) {
+        if found.iter().all(|item| item.tessellation.is_none()) {
+            continue;
+        }
         let exact: Vec<Brep> = found.iter().filter_map(brep).cloned().collect();
         found.retain(|item| {
             let Some(number) = item.tessellation else { return true };
