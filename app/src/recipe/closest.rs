@@ -1,6 +1,7 @@
 //! Places of a recipe that are pointed at: `at = { closest = [x, y, z] }` is the location of the shape's nearest point.
 //! One place for all operations, whoever wrote them: before a step runs, such a table becomes the parameters found.
 
+use loftsman_kernel::brep::Brep;
 use loftsman_kernel::error::Figure;
 use loftsman_kernel::mesh::Polyline;
 use loftsman_kernel::plugin::{Field, Operation, ParameterError, Parameters};
@@ -234,7 +235,21 @@ fn nearest(geometry: &Geometry, point: Point) -> Result<Found> {
         return along(line, point);
     }
     let shape = geometry.shape()?;
-    let short = |at| shortened(shape, at);
+    let short = |at| {
+        let short = shortened(shape, at);
+        match (geometry, at, short) {
+            (Geometry::Brep(brep), Location::Face(face, u, v), Location::Face(_, x, y)) => {
+                // Rounded out of the box around the loops it would be beside the face.
+                let Some([low, high]) = reach(brep, face as usize) else { return short };
+                let near = |k: usize, exact: f64, rounded: f64| {
+                    let inside = low[k] <= exact && exact <= high[k];
+                    if inside { rounded.clamp(low[k], high[k]) } else { rounded }
+                };
+                Location::Face(face, near(0, u, x), near(1, v, y))
+            }
+            _ => short,
+        }
+    };
     // Which places of a face or a trimmed surface are on it only its loops say.
     let bounded = matches!(geometry, Geometry::Brep(_) | Geometry::Trimmed(_));
     let near = if bounded { Vec::new() } else { candidates(shape, point)? };
@@ -266,6 +281,20 @@ fn nearest(geometry: &Geometry, point: Point) -> Result<Found> {
     }
     let others = others.into_iter().map(|(at, _)| short(at)).collect();
     Ok(Found { at: short(best.0), distance: best.1, others })
+}
+
+/// The box around a face's loops in the parameters of its surface.
+fn reach(brep: &Brep, face: usize) -> Option<[[f64; 2]; 2]> {
+    let curves = brep.parameter_curves(face).ok()?;
+    let boxes = curves.iter().flatten().map(|one| {
+        let (from, to) = one.curve.range();
+        let (low, high) = one.curve.curve().between(from, to).ok()?.bounds();
+        Some([[low.x, low.y], [high.x, high.y]])
+    });
+    let around = |[a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]| {
+        [[0, 1].map(|k| a[k].min(c[k])), [0, 1].map(|k| b[k].max(d[k]))]
+    };
+    boxes.reduce(|a, b| Some(around(a?, b?)))?
 }
 
 /// The place of a polyline that is nearest to a point, by the length up to there as a share of the whole: what a fit's parameters begin with.

@@ -139,3 +139,42 @@ fn limits_of_cages_are_cut_as_finely_as_they_need() {
         );
     }
 }
+
+/// A length that is asked for, and one that is told, is in the unit of the scene, whatever unit and axes the file gets.
+#[test]
+fn tolerances_are_in_the_scenes_unit_whatever_the_files_is() {
+    let mut cut = 0;
+    for (name, surface) in shapes().into_iter().step_by(3) {
+        for unit in [Unit::Millimetre, Unit::Inch] {
+            let bench = LOFTSMAN.bench();
+            let mut scene = Scene::new();
+            scene.unit = unit;
+            scene.up = Up::Z;
+            let (low, high) = surface.bounds();
+            let tolerance = format!("{}", 2e-4 * (high - low).norm());
+            scene.add(Object::new("shape", surface.clone().into())).unwrap();
+            loftsman::write(&scene, bench.path("shape.loft.json")).unwrap();
+            let mut all = Vec::new();
+            for asked in
+                [&[][..], &["--up", "z"], &["--up", "x"], &["--unit", "mm"], &["--unit", "m", "--up", "keep"]]
+            {
+                let mut words = vec!["convert", "shape.loft.json", "shape.glb", "--tolerance", &tolerance];
+                words.extend(asked);
+                let told = bench.done(&words);
+                let within = told.split_once("triangles, within ").unwrap().1;
+                let within = within.split_whitespace().take(2).collect::<Vec<_>>().join(" ");
+                all.push((triangles(&bench.read("shape.glb")).1.len(), within));
+                std::fs::remove_file(bench.path("shape.glb")).unwrap();
+            }
+            // The last digit of a measured length may be another one.
+            let number = |text: &str| text.split(' ').next().unwrap().parse::<f64>().unwrap();
+            for (count, within) in &all {
+                assert_eq!(*count, all[0].0, "{name}: {all:?}");
+                assert!(within.ends_with(all[0].1.split(' ').nth(1).unwrap()), "{name}: {all:?}");
+                assert!((number(within) / number(&all[0].1) - 1.0).abs() < 2e-3, "{name}: {all:?}");
+            }
+            cut += all.len();
+        }
+    }
+    assert!(cut >= 50);
+}

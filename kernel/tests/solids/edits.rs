@@ -416,7 +416,12 @@ fn a_face_that_lies_on_itself_is_told() {
     let short = [Vector::new(0.05, 0.03, 0.04), Vector::new(-0.02, 0.06, 0.3)];
     for brep in [block(), cylinder(1.5, 2.0), parted_ball(Vector::new(0.4, 0.2, 1.0), 0.0)] {
         for face in 0..brep.face_count() as u32 {
-            let at = middle(&brep, face);
+            let (surface, part) = (brep.surface(face as usize).unwrap(), brep.part(face as usize).unwrap());
+            let ((a, b), (c, d)) = (surface.u().domain(), surface.v().domain());
+            let places = [[0.5, 0.5], [0.25, 0.75], [0.75, 0.25], [0.4, 0.8], [0.6, 0.2]]
+                .map(|[s, t]| [a + (b - a) * s, c + (d - c) * t]);
+            let [u, v] = places.into_iter().find(|at| part.has(*at)).unwrap();
+            let at = Location::Face(face, u, v);
             for by in far.into_iter().chain(short) {
                 let edited = pulled(&brep, at, by);
                 let report = edited.report().to_string();
@@ -483,5 +488,29 @@ fn poles_with_noise_are_poles() {
                 assert!(wide <= 4.0 * noise + 1e-12, "{noise:e}: a pole is {wide:e} wide");
             }
         }
+    }
+}
+
+/// The corners of a cap's rectangle are in its surface's domain and not on the face: nothing can be asked of them. Its rim is on it.
+#[test]
+fn places_outside_loops_are_refused() {
+    let cylinder = cylinder(1.5, 2.0);
+    for face in 1..3 {
+        let surface = cylinder.surface(face as usize).unwrap();
+        let ((a, b), (c, d)) = (surface.u().domain(), surface.v().domain());
+        for (s, t) in [(0.01, 0.01), (0.99, 0.02), (0.03, 0.97), (0.98, 0.98)] {
+            let at = Location::Face(face, a + (b - a) * s, c + (d - c) * t);
+            for neighbours in [0, 1] {
+                let free = cylinder.clone().moving(Moving::new().neighbours(neighbours));
+                let asked = position(at).by(Vector::new(0.0, 0.0, 0.1));
+                let told = Edit::new(&free).ask(asked).solve().unwrap_err().to_string();
+                assert!(told.contains(&format!("a place on face {face}: (u, v) = (")), "{told}");
+                assert!(told.contains("is outside its loops"), "{told}");
+            }
+        }
+        let rim = cylinder.parameter_curves(face as usize).unwrap();
+        let on = rim[0][0].curve.curve().point(0.7).unwrap();
+        let free = cylinder.clone().moving(Moving::new().neighbours(1));
+        pulled(&free, Location::Face(face, on.x, on.y), Vector::new(0.02, 0.0, 0.05));
     }
 }

@@ -5,6 +5,7 @@ use loftsman_kernel::edit::{Ask, Edit};
 use loftsman_kernel::functional::position;
 use loftsman_kernel::shape::{Location, Shape};
 use loftsman_kernel::spline::{Direction, Space, Surface};
+use loftsman_kernel::text::figure;
 use loftsman_kernel::{Point, Vector};
 
 use super::{gaps, size};
@@ -120,15 +121,23 @@ fn faces_cut_from_one_surface_stay_one_smooth_surface() {
             let (after, told) = pulled(&brep, both.sharp(), at, by);
             let angle = crease(&after, [0, 1]);
             assert!(angle > 1e-3, "{degrees:?}: {angle:e}");
-            let said = format!(
-                "to {}°",
-                loftsman_kernel::text::figure(after.openings().unwrap()[0].angle.unwrap().to_degrees())
-            );
+            let said = format!("to {}°", figure(after.openings().unwrap()[0].angle.unwrap().to_degrees()));
             assert!(
                 told.contains("1 edge was smooth before: edge 0 changed most") && told.contains(&said),
                 "{said} {told}"
             );
             assert!(after.openings().unwrap()[0].angle.unwrap() <= angle * (1.0 + 1e-12));
+            // Beside a face that stands still, too.
+            let (after, told) = pulled(&brep, Moving::new().sharp(), at, by);
+            assert!(crease(&after, [0, 1]) > 1e-3, "{degrees:?}");
+            let said = figure(after.openings().unwrap()[0].angle.unwrap().to_degrees());
+            assert!(
+                told.contains("1 edge was smooth before: edge 0 changed most")
+                    && told.contains(&format!("to {said}°")),
+                "{said} {told}"
+            );
+            let (after, told) = pulled(&brep, Moving::new(), at, by);
+            assert!(crease(&after, [0, 1]) < 1e-9 && !told.contains("smooth before"), "{told}");
         }
     }
 }

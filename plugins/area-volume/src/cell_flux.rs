@@ -9,7 +9,7 @@ use loftsman_kernel::{Point, Result, Vector, parallel};
 use crate::flux::{MOST, SETTLED, change, most, settled, unsettled};
 use crate::members::Member;
 use crate::row_flux::RowFlux;
-use crate::span_flux::{SpanFlux, Spline};
+use crate::span_flux::{self, SpanFlux, Spline};
 
 /// Integrals over what fitted borders bound are refined until they change by less than this: the borders are not nearer.
 const SETTLED_AT_BORDERS: f64 = 1e-10;
@@ -19,6 +19,15 @@ const SETTLED_AT_BORDERS: f64 = 1e-10;
 pub(crate) struct CellFlux {
     parts: Vec<Part>,
     moments: bool,
+}
+
+/// What an integration works with.
+#[derive(Debug, Default)]
+pub(crate) struct Room {
+    /// The vertices of a part, and what belongs to these.
+    points: Vec<Point>,
+    found: Vec<Vec<Vector>>,
+    spans: span_flux::Room,
 }
 
 /// Some cells, or cones.
@@ -83,15 +92,22 @@ impl CellFlux {
         Ok(Self { parts, moments })
     }
 
-    /// `F_i` for each `h`, one a vertex, into `out`; coordinates are taken from `origin`.
-    pub(crate) fn integrate(&self, points: &[Point], origin: &Point, out: &mut Vec<Vec<Vector>>) {
+    /// `F_i` for each `h`, one a vertex, into `out`; coordinates are taken from `origin`. Allocates nothing where `work` and `out` have been
+    /// through it before.
+    pub(crate) fn integrate(
+        &self,
+        points: &[Point],
+        origin: &Point,
+        work: &mut Room,
+        out: &mut Vec<Vec<Vector>>,
+    ) {
         start(out, self.moments, points.len());
-        let (mut local, mut found) = (Vec::new(), Vec::new());
+        let Room { points: local, found, spans } = work;
         for part in &self.parts {
-            part.own.gather(points, &mut local);
-            start(&mut found, self.moments, local.len());
-            part.points.integrate(&local, origin, &mut found);
-            for (out, found) in out.iter_mut().zip(&found) {
+            part.own.gather(points, local);
+            start(found, self.moments, local.len());
+            part.points.integrate(local, origin, spans, found);
+            for (out, found) in out.iter_mut().zip(found.iter()) {
                 part.own.scatter(found, out);
             }
         }
@@ -127,9 +143,15 @@ impl Own {
 
 impl Points {
     /// Adds their integrals, one for each of the part's own vertices.
-    fn integrate(&self, points: &[Point], origin: &Point, out: &mut [Vec<Vector>]) {
+    fn integrate(
+        &self,
+        points: &[Point],
+        origin: &Point,
+        work: &mut span_flux::Room,
+        out: &mut [Vec<Vector>],
+    ) {
         match self {
-            Self::Spans(flux) => flux.integrate(points, origin, out),
+            Self::Spans(flux) => flux.integrate(points, origin, work, out),
             Self::Rows(flux) => flux.integrate(points, origin, out),
         }
     }
@@ -203,11 +225,12 @@ impl<'s> Face<'s> {
         self.own.gather(self.shape.control_vertices(), &mut points);
         let middle = crate::members::middle_of(&points);
         let (mut beside, mut last, mut now) = (Vec::new(), Vec::new(), Vec::new());
+        let mut work = span_flux::Room::default();
         start(&mut beside, self.moments, points.len());
-        plain.integrate(&points, &middle, &mut beside);
-        let integrate = |found: &Points, out: &mut Vec<Vec<Vector>>| {
+        plain.integrate(&points, &middle, &mut work, &mut beside);
+        let mut integrate = |found: &Points, out: &mut Vec<Vec<Vector>>| {
             out.clone_from(&beside);
-            found.integrate(&points, &middle, out);
+            found.integrate(&points, &middle, &mut work, out);
         };
         let mut found = self.points(&cells, 0, 1)?;
         integrate(&found, &mut last);

@@ -7,7 +7,7 @@ use loftsman_kernel::spline::gram::gauss_legendre;
 use loftsman_kernel::topology::Shell;
 use loftsman_kernel::{Point, Result, Vector};
 
-use crate::cell_flux::CellFlux;
+use crate::cell_flux::{self, CellFlux};
 use crate::flux::{Flux, Strip};
 use crate::members::{Member, by_themselves, extent, name_of, shell_members, surface};
 use crate::net_volume;
@@ -31,7 +31,7 @@ struct Patch {
 /// The integrals of a patch: of a tensor-product spline direction by direction, of any other surface cell by cell.
 #[derive(Debug, Clone, PartialEq)]
 enum PatchFlux {
-    Spline(Flux),
+    Spline(Box<Flux>),
     Cells(CellFlux),
 }
 
@@ -47,15 +47,17 @@ impl PatchFlux {
 
     fn new(surface: &Member<'_>, moments: bool) -> Result<Self> {
         match surface.splines.and_then(|splines| Some((splines, splines.v?))) {
-            Some((splines, v)) => Flux::new(&splines, v, surface.points(), moments).map(Self::Spline),
+            Some((splines, v)) => {
+                Flux::new(&splines, v, surface.points(), moments).map(|flux| Self::Spline(Box::new(flux)))
+            }
             None => CellFlux::new(surface, moments).map(Self::Cells),
         }
     }
 
-    fn integrate(&self, points: &[Point], origin: &Point, work: &mut Strip, out: &mut Vec<Vec<Vector>>) {
+    fn integrate(&self, points: &[Point], origin: &Point, work: &mut Room, out: &mut Vec<Vec<Vector>>) {
         match self {
-            Self::Spline(flux) => flux.integrate(points, origin, work, out),
-            Self::Cells(flux) => flux.integrate(points, origin, out),
+            Self::Spline(flux) => flux.integrate(points, origin, &mut work.strip, out),
+            Self::Cells(flux) => flux.integrate(points, origin, &mut work.cells, out),
         }
     }
 }
@@ -83,8 +85,14 @@ pub(crate) struct Measured {
 /// What measuring works with, and what it found.
 #[derive(Debug, Default)]
 pub(crate) struct Work {
-    strip: Strip,
+    room: Room,
     measured: Measured,
+}
+
+#[derive(Debug, Default)]
+struct Room {
+    strip: Strip,
+    cells: cell_flux::Room,
 }
 
 /// Below this, of the sizes of its parts, a volume is zero.
@@ -143,13 +151,13 @@ impl Solid {
 
     /// Measures the shapes as they are now. Allocates nothing where `work` has measured them before.
     pub(crate) fn measure<'w>(&self, shapes: &Shapes<'_>, work: &'w mut Work) -> Result<&'w Measured> {
-        let Work { strip, measured } = work;
+        let Work { room, measured } = work;
         (measured.values, measured.size) = ([0.0; 4], 0.0);
         measured.gradients.resize_with(self.patches.len(), Default::default);
         for (patch, (shape, gradients)) in self.patches.iter().zip(&mut measured.gradients) {
             *shape = patch.shape;
             let points = shapes.get(patch.shape)?.control_vertices();
-            patch.flux.integrate(points, &self.origin, strip, gradients);
+            patch.flux.integrate(points, &self.origin, room, gradients);
             for (kind, gradient) in gradients.iter_mut().enumerate() {
                 // Homogeneous of degree 3 and 4: Euler's theorem gives the value from the gradient.
                 let share = patch.sign / if kind == 0 { 3.0 } else { 4.0 };

@@ -81,9 +81,9 @@ struct Line {
     points: Range<usize>,
 }
 
-/// What one integration works with.
-#[derive(Default)]
-struct Room {
+/// What an integration works with.
+#[derive(Debug, Default)]
+pub(crate) struct Room {
     u: Basis,
     v: Basis,
     /// Homogeneous points, `q + 1` for each function along `u`.
@@ -141,10 +141,15 @@ impl SpanFlux {
     }
 
     /// Adds `F_i` for each `h`, one for each of the spline's control vertices, which are `points`; coordinates are taken from `origin`.
-    pub(crate) fn integrate(&self, points: &[Point], origin: &Point, out: &mut [Vec<Vector>]) {
-        let mut room = Room::default();
+    pub(crate) fn integrate(
+        &self,
+        points: &[Point],
+        origin: &Point,
+        room: &mut Room,
+        out: &mut [Vec<Vector>],
+    ) {
         for piece in &self.pieces {
-            self.piece(piece, points, origin, out, &mut room);
+            self.piece(piece, points, origin, out, room);
         }
     }
 

@@ -45,6 +45,8 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
     let scene = if as_usual { Cow::Borrowed(outgoing.scene()) } else { outgoing.converted()? };
     let scene = scene.as_ref();
     let change = Change::between((scene.unit, scene.up), (unit, up));
+    // Lengths that are asked for, and told, are in the unit of the scene as it came.
+    let grown = if as_usual { 1.0 } else { outgoing.scale() };
     let mut writer = Writer {
         scene,
         options: outgoing.options,
@@ -58,7 +60,8 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         shared: Shared::default(),
         keys: Keys::default(),
         rounding: 0.0,
-        cuts: outgoing.cuts(scene, 1.0)?,
+        grown,
+        cuts: outgoing.cuts(scene, grown)?,
     };
     let (nodes, report) = writer.scene(outgoing)?;
     let Writer { bin, materials, meshes, keys, rounding, .. } = writer;
@@ -160,6 +163,8 @@ struct Writer<'a, 'o> {
     /// By how much a coordinate was rounded, in the file's unit.
     rounding: f64,
     /// How finely each object is cut.
+    /// Lengths of the scene as it came to those of the scene that is written.
+    grown: f64,
     cuts: Cuts,
 }
 

@@ -89,7 +89,7 @@ impl<'a> Writer<'a, '_> {
             frames => frames,
         };
         let (fineness, chord) = (self.fineness(object, stretch, baked), self.options.fineness.chord);
-        let in_scene = stretch / if baked { self.change.scale } else { 1.0 };
+        let in_scene = stretch / if baked { self.change.scale * self.grown } else { self.grown };
         if let Geometry::Custom(custom) = geometry.as_ref() {
             return self.custom(object, (custom, &fineness), change, (rest, in_scene), frames, report);
         }

@@ -1,11 +1,13 @@
 //! How far faces are apart along their edges.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use super::super::{Brep, UsePlace};
-use super::Loose;
 use super::pair::together;
+use super::sheet::{Sheet, Still};
 use super::strand::Strand;
+use super::{Loose, Motion};
 use crate::error::Result;
 use crate::spline::Surface;
 use crate::spline::trimmed::ParameterCurve;
@@ -173,7 +175,10 @@ impl Brep {
             notes.push(format!("no edge opened: faces are at most {} apart along them", figure(widest)));
         }
         notes.extend(self.folds(loose, moved)?);
-        notes.extend(creases(loose, &after));
+        let beside: Vec<usize> = loose.beside.iter().map(|one| one.edge).collect();
+        let mut smooth = after;
+        smooth.extend(self.openings_of(&beside)?);
+        notes.extend(creases(loose, &smooth));
         let between = edges.iter().filter(|edge| loose.between.contains(edge)).count();
         if between > 0 {
             notes.push(format!(
@@ -190,6 +195,24 @@ impl Brep {
             ));
         }
         Ok(notes)
+    }
+
+    /// Notes at which edges that stand still faces meet smoothly, one of which may move.
+    pub(super) fn look_beside(&mut self, sheets: &BTreeMap<usize, Sheet>) -> Result<()> {
+        let still = sheets.values().flat_map(|sheet| &sheet.still).filter_map(|still| match still {
+            Still::Edge { edge, .. } => Some(*edge),
+            Still::Vertex { .. } => None,
+        });
+        let edges: BTreeSet<usize> = still.filter(|&edge| self.uses(edge).len() == 2).collect();
+        let edges: Vec<usize> = edges.into_iter().collect();
+        let mut beside = self.openings_of(&edges)?;
+        beside.retain(|one| one.angle.is_some_and(|angle| angle <= MEETS));
+        if let Motion::Ready(loose) = &mut self.motion
+            && let Some(loose) = Arc::get_mut(loose)
+        {
+            loose.beside = beside;
+        }
+        Ok(())
     }
 
     /// Vertices' tolerances hold the ends of edges that followed.
@@ -211,7 +234,8 @@ impl Brep {
 fn creases(loose: &Loose, after: &[Opening]) -> Option<String> {
     let mut smooth = Vec::new();
     for now in after {
-        let before = loose.before.iter().find(|one| one.edge == now.edge).and_then(|one| one.angle);
+        let mut known = loose.before.iter().chain(&loose.beside);
+        let before = known.find(|one| one.edge == now.edge).and_then(|one| one.angle);
         if let (Some(before), Some(angle)) = (before.filter(|angle| *angle <= MEETS), now.angle) {
             smooth.push((now.edge, before, angle));
         }

@@ -122,6 +122,8 @@ pub(super) struct Loose {
     original: Parts,
     /// The openings along edges that follow, as they were.
     before: Vec<Opening>,
+    /// And along those at which faces that move may get a crease with ones that stand still.
+    beside: Vec<Opening>,
     /// Edges that are held together at places only.
     between: BTreeSet<usize>,
     /// Edges at which faces go on meeting smoothly.
@@ -194,6 +196,9 @@ impl Brep {
     /// This Brep ready for an edit.
     fn loosened(&self, moving: &Moving, places: &[(u32, [f64; 2])]) -> Result<Self> {
         let faces = self.movers(moving, places)?;
+        for &(face, at) in places {
+            self.check_place(face as usize, at)?;
+        }
         let on = |face: usize| -> Vec<[f64; 2]> {
             places.iter().filter(|(f, _)| *f as usize == face).map(|(_, at)| *at).collect()
         };
@@ -258,6 +263,9 @@ impl Brep {
         let mut ready = Self::new(parts)?;
         let seams = if moving.sharp { ready.seams(&sheets)? } else { Vec::new() };
         ready.prepare(&sheets, &ties, &plans, (smooth, stays, seams), self.parts())?;
+        if moving.sharp {
+            ready.look_beside(&sheets)?;
+        }
         Ok(ready)
     }
 
@@ -406,6 +414,7 @@ impl Brep {
             base: self.net.clone(),
             original,
             before,
+            beside: Vec::new(),
             between,
             smooth,
             stays,

@@ -1,4 +1,4 @@
-//! Where a place that is to move lies on an edge between faces that move, each of them needs control vertices that can.
+//! Places that are to move: on their faces, and where one lies on an edge between faces that move, each of these needs control vertices that can.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,7 +7,8 @@ use super::pair::{Tie, line, strand};
 use super::sheet::Sheet;
 use super::strand::inside;
 use super::trace::Line;
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::text::{figure, measured};
 
 /// A place this near to an edge, as a part of the edge's size, is on it: files give points with some seven digits.
 const ON: f64 = 1e-6;
@@ -16,6 +17,36 @@ const ON: f64 = 1e-6;
 pub(super) type Place = (usize, [f64; 2]);
 
 impl Brep {
+    /// That a place is on its face: inside its loops, or on them as files give points.
+    pub(super) fn check_place(&self, face: usize, [u, v]: [f64; 2]) -> Result<()> {
+        let Some(surface) = self.surface(face).filter(|_| !self.loops(face).is_empty()) else {
+            return Ok(());
+        };
+        // What is beside the domain is told where it is asked about.
+        let (Ok(x), Ok(y)) = (surface.u().locate(u), surface.v().locate(v)) else { return Ok(()) };
+        let part = self.part(face)?;
+        if part.has([x, y]) {
+            return Ok(());
+        }
+        let point = surface.point(x, y)?;
+        let found = part.closest(point)?;
+        let size = surface.points().iter().map(|p| (p - surface.points()[0]).amax()).fold(0.0, f64::max);
+        let widest = self.loops(face).iter().flatten().map(|one| self.edges[one.edge].tolerance);
+        if found.distance <= widest.fold(ON * size, f64::max) {
+            return Ok(());
+        }
+        let (s, t) = found.at;
+        Err(Error::Invalid(format!(
+            "a place on face {face}: (u, v) = ({}, {}) is outside its loops, {} away from what they leave of the surface: choose a place on it, as ({}, {}), \
+             the nearest one",
+            measured(u),
+            measured(v),
+            figure(found.distance),
+            measured(s),
+            measured(t),
+        )))
+    }
+
     /// The places that are asked about, and those of other faces that are the same points of edges that both have.
     fn places_beside(
         &self,
