@@ -7,6 +7,7 @@ mod exact;
 mod files;
 mod forms;
 mod geometry;
+mod held;
 mod hostile;
 mod nothing;
 mod occurrences;

@@ -100,6 +100,11 @@ fn a_file_that_was_cut_off_says_up_to_where_it_is_whole() {
         assert!(matches!(error.place, Place::Line(found) if found == line(place)), "{cut}: {error}");
         assert!(error.problem.contains("cut off") && error.problem.contains(&last), "{cut}: {error}");
     }
+    // Anywhere within the next one.
+    for cut in end + 1..end + text[end..].find(';').unwrap() {
+        let error = read(&text[..cut]).unwrap_err();
+        assert!(error.problem.contains("cut off") && error.problem.contains(&last), "{cut}: {error}");
+    }
     // Within a text.
     let at = text.find("'brep_rep_0").unwrap() + 4;
     let error = read(&text[..at]).unwrap_err();

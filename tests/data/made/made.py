@@ -1,6 +1,7 @@
 """Writes the STEP and IGES files beside it with OpenCASCADE."""
 
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Common as common
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut as cut
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge as edge
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace as face
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeWire as wire
@@ -81,6 +82,8 @@ writer = IGESControl_Writer("MM", 0)
 writer.AddShape(common(sphere(2).Shape(), sphere(gp_Pnt(0, 2.2, 0.4), 1).Shape()).Shape())
 writer.ComputeModel()
 writer.Write("lens.igs")
+
+write("hollow", cut(box(10, 8, 6).Shape(), sphere(gp_Pnt(5, 4, 3), 2).Shape()).Shape())
 
 # An assembly whose occurrences have names and colours of their own.
 document = TDocStd_Document(text("made"))

@@ -349,10 +349,14 @@ impl Scan<'_> {
                     self.cursor.fault(format!("{found} where an entity (#number = …) or ENDSEC is needed"))
                 };
             }
-            let Some(number) = self.cursor.digits() else {
+            let number = self.cursor.digits();
+            self.cursor.skip()?;
+            if self.cursor.peek().is_none() {
+                return self.cut("the file ends within the number of an entity");
+            }
+            let Some(number) = number else {
                 return self.cursor.fault("a \"#\" without the number of an entity");
             };
-            self.cursor.skip()?;
             if !self.cursor.take(b'=') {
                 let found = self.cursor.found();
                 return self.cursor.fault(format!("{found} behind #{number}, where \"=\" is needed"));

@@ -15,11 +15,11 @@ mod swept;
 mod trimmed;
 
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
 
 use loftsman_kernel::brep::Frame;
-use loftsman_kernel::plugin::{FormatError, FormatErrorKind, Outgoing, Sink, WriteReport, Written};
+use loftsman_kernel::plugin::{Fate, FormatError, FormatErrorKind, Outgoing, Sink, WriteReport, Written};
 use loftsman_kernel::scene::{Geometry, Object, Scene, Unit};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::Matrix4;
@@ -62,9 +62,12 @@ pub(crate) fn write(outgoing: &Outgoing<'_>, sink: &mut dyn Sink) -> Result<Writ
         numbers,
         shared: shared(&scene),
         report: WriteReport::default(),
+        inside: BTreeMap::new(),
     };
     writer.scene()?;
-    let Writer { mut printer, mut common, looks, mut report, sink, .. } = writer;
+    let Writer { mut printer, mut common, looks, mut report, sink, inside, .. } = writer;
+    // Those of definitions that are as they were are not listed: what shows them is.
+    report.objects.extend(inside.into_values().filter(|told| told.fate != Fate::Kept));
     let context = common.context(&mut printer, 0.0);
     let lost = looks.finish(&mut printer, &scene, context);
     report.say(lost, "layer[|s] that nothing is on [is|are] lost");
@@ -115,6 +118,8 @@ struct Writer<'w, 's> {
     /// The products of geometries that several objects share, once they are written.
     shared: HashMap<Key<'s>, Option<Result<Out, Cow<'static, str>>>>,
     report: WriteReport,
+    /// What is told of objects of definitions.
+    inside: BTreeMap<(&'s str, usize), Written>,
 }
 
 /// Objects that hang under one another, by the places of those under each.
@@ -122,12 +127,12 @@ struct Tree<'s> {
     objects: &'s [Object],
     below: HashMap<&'s str, Vec<usize>>,
     top: Vec<usize>,
-    /// Whether they are those of the scene, which are told of.
-    told: bool,
+    /// The definition that they are in; none of those of the scene.
+    of: Option<&'s str>,
 }
 
 impl<'s> Tree<'s> {
-    fn new(objects: &'s [Object], told: bool) -> Self {
+    fn new(objects: &'s [Object], of: Option<&'s str>) -> Self {
         let (mut below, mut top): (HashMap<_, Vec<usize>>, _) = (HashMap::new(), Vec::new());
         for (place, object) in objects.iter().enumerate() {
             match &object.parent {
@@ -135,7 +140,7 @@ impl<'s> Tree<'s> {
                 None => top.push(place),
             }
         }
-        Self { objects, below, top, told }
+        Self { objects, below, top, of }
     }
 }
 
@@ -145,7 +150,7 @@ impl<'s> Writer<'_, 's> {
         let objects = self.scene.objects();
         self.report.objects =
             objects.iter().map(|object| Written::kept(object, object.geometry().kind())).collect();
-        let tree = Tree::new(objects, true);
+        let tree = Tree::new(objects, None);
         // What stands by itself is a product by itself; what is placed needs one that it is placed in.
         let placed = |object: &Object| {
             object.transform.is_some()
@@ -187,8 +192,8 @@ impl<'s> Writer<'_, 's> {
             },
             (baked, own) => (None, baked.map(|map| map * own.unwrap_or_else(Matrix4::identity))),
         };
-        if inner.is_some() && tree.told {
-            self.report.objects[at].change("its transform is baked in, as it is no turn and shift");
+        if inner.is_some() {
+            self.told(tree, at).change("its transform is baked in, as it is no turn and shift");
         }
         let mut components = Vec::new();
         for &below in tree.below.get(name).into_iter().flatten() {
@@ -205,6 +210,30 @@ impl<'s> Writer<'_, 's> {
         Ok(product.map(|product| Component { product, name, label, place, color }))
     }
 
+    /// What is told of an object.
+    fn told(&mut self, tree: &Tree<'s>, at: usize) -> &mut Written {
+        let object = &tree.objects[at];
+        match tree.of {
+            None => &mut self.report.objects[at],
+            Some(of) => self.inside.entry((of, at)).or_insert_with(|| {
+                let told = Written::kept(object, object.geometry().kind());
+                Written { object: format!("{of}/{}", object.name()), ..told }
+            }),
+        }
+    }
+
+    /// Tells as what an object went out, and what comes back changed.
+    fn tell(&mut self, tree: &Tree<'s>, at: usize, out: &Result<Out, Cow<'static, str>>) {
+        let told = self.told(tree, at);
+        match out {
+            Ok(out) => {
+                out.form.clone_into(&mut told.form);
+                out.changes.iter().for_each(|change| told.change(change));
+            }
+            Err(why) => told.leave_out(why.clone()),
+        }
+    }
+
     /// The product of what an instance shows.
     fn instance(
         &mut self,
@@ -216,17 +245,15 @@ impl<'s> Writer<'_, 's> {
         depth: usize,
     ) -> Result<Option<Product>, FormatError> {
         let object = &tree.objects[at];
-        if tree.told {
-            let told = &mut self.report.objects[at];
-            told.form = "occurrence of a product".to_owned();
-            if object.layer.is_some() {
-                told.change("its layer is left out: an occurrence has none");
-            }
+        let told = self.told(tree, at);
+        told.form = "occurrence of a product".to_owned();
+        if object.layer.is_some() {
+            told.change("its layer is left out: an occurrence has none");
         }
         let product = match baked {
             None => self.definition(of, depth)?,
             Some(map) => {
-                let list = Tree::new(self.scene.definition(of)?.objects(), false);
+                let list = Tree::new(self.scene.definition(of)?.objects(), Some(of));
                 let mut components = Vec::new();
                 for &top in &list.top {
                     components.extend(self.component(&list, top, Some(map), depth + 1)?);
@@ -235,15 +262,13 @@ impl<'s> Writer<'_, 's> {
                     .then(|| self.assembly([object.name(), object.label(), ""], None, None, &components))
             }
         };
-        if tree.told {
-            let plain = product.as_ref().map(|product| &*product.plain);
-            if let Some(change) = object.color.and_then(|color| occurrence::told(plain?, color)) {
-                self.report.objects[at].change(change);
-            }
+        let plain = product.as_ref().map(|product| &*product.plain);
+        if let Some(change) = object.color.and_then(|color| occurrence::told(plain?, color)) {
+            self.told(tree, at).change(change);
         }
         if under.is_empty() {
-            if product.is_none() && tree.told {
-                self.report.objects[at].leave_out("nothing of what it shows goes out");
+            if product.is_none() {
+                self.told(tree, at).leave_out("nothing of what it shows goes out");
             }
             return Ok(product);
         }
@@ -260,14 +285,16 @@ impl<'s> Writer<'_, 's> {
         if let Some(known) = self.definitions.get(name) {
             return Ok(known.clone());
         }
-        let tree = Tree::new(self.scene.definition(name)?.objects(), false);
+        let tree = Tree::new(self.scene.definition(name)?.objects(), Some(name));
         let product = match tree.objects {
             // A single thing needs no assembly around it.
             [only]
                 if only.transform.is_none()
                     && !matches!(only.geometry(), Geometry::Instance(_) | Geometry::Group) =>
             {
-                self.product(only, None, &[], [name, name, crate::DEFINITION])?.ok().map(|out| out.product)
+                let out = self.product(only, None, &[], [name, name, crate::DEFINITION])?;
+                self.tell(&tree, 0, &out);
+                out.ok().map(|out| out.product)
             }
             _ => {
                 let mut components = Vec::new();
@@ -303,16 +330,7 @@ impl<'s> Writer<'_, 's> {
         if is_shared {
             self.shared.insert(key, Some(out.clone()));
         }
-        if tree.told {
-            let told = &mut self.report.objects[at];
-            match &out {
-                Ok(out) => {
-                    out.form.clone_into(&mut told.form);
-                    out.changes.iter().for_each(|change| told.change(change));
-                }
-                Err(why) => told.leave_out(why.clone()),
-            }
-        }
+        self.tell(tree, at, &out);
         Ok(out.ok().map(|out| out.product).or_else(|| {
             // It goes out as what holds the others.
             (!under.is_empty()).then(|| self.assembly([object.name(), object.label(), ""], None, None, under))
