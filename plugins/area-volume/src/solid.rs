@@ -102,7 +102,7 @@ impl Solid {
     /// # Errors
     /// When a member is not a surface, the boundary is open, or it encloses nothing.
     pub(crate) fn new(shapes: &Shapes<'_>, members: &[On], moments: bool, what: &str) -> Result<Self> {
-        let (origin, _) = extent(shapes, members)?;
+        let origin = origin(extent(shapes, members)?);
         let mut patches = Vec::with_capacity(members.len());
         for (on, sign) in members.iter().zip(signs(shapes, members, what)?) {
             let own = surface(shapes, on, what, "ask for its area, or its length")?;
@@ -122,7 +122,7 @@ impl Solid {
     /// # Errors
     /// As for [`new`](Self::new).
     pub(crate) fn volume(shapes: &Shapes<'_>, members: &[On], what: &str) -> Result<f64> {
-        let (origin, _) = extent(shapes, members)?;
+        let origin = origin(extent(shapes, members)?);
         let own = |on: &On| surface(shapes, on, what, "ask for its area, or its length");
         let all = members.iter().map(own).collect::<Result<Vec<_>>>()?;
         if !all.iter().any(|own| Nets::of(own).is_some()) {
@@ -187,6 +187,13 @@ impl Solid {
         }
         Ok(measured)
     }
+}
+
+/// From where coordinates are taken: near the middle of what the members' vertices reach over, on a grid as wide as that, so that an edit hardly ever moves it. What closes but for
+/// gaps has a volume that depends on it a little, and what is compared has to be measured from one place.
+fn origin((middle, size): (Point, f64)) -> Point {
+    let grid = size.log2().ceil().exp2();
+    if grid.is_normal() { middle.map(|c| (c / grid).round() * grid) } else { middle }
 }
 
 /// For each member its sense in the shell that they are; none of what says itself what it bounds.
