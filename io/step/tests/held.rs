@@ -1,6 +1,6 @@
 //! What a file says beside geometry and must not be lost on the way: voids, names, frames that are turned, and what is told of objects inside definitions.
 
-#![allow(clippy::unwrap_used, reason = "a test may stop at what should not be")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may stop at what should not be")]
 
 use loftsman_kernel::brep::Brep;
 use loftsman_kernel::mesh::{Cloud, Polyline};
