@@ -5,6 +5,7 @@
 mod edits;
 mod family;
 mod smooth;
+mod told;
 
 use loftsman_kernel::Point;
 use loftsman_kernel::brep::Brep;

@@ -1,6 +1,5 @@
 //! The integrals of [`Flux`](crate::flux::Flux) over a surface that is no tensor-product spline as a whole, by its cells: by the faces' splines, or by stencils.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use loftsman_kernel::shape::{Cell, Hole, Shape, Share};
@@ -40,9 +39,10 @@ struct Part {
 /// The vertices that a part depends on: only there is it looked at.
 #[derive(Debug, PartialEq)]
 enum Own {
-    All(Range<usize>),
+    /// Those of a spline.
+    Of(Arc<Spline>),
     /// Ascending.
-    Some(Vec<u32>),
+    These(Vec<u32>),
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -87,7 +87,7 @@ impl CellFlux {
         });
         for one in made {
             let (own, rows) = one?;
-            parts.push(Part { own: Arc::new(Own::Some(own)), points: Points::Rows(rows) });
+            parts.push(Part { own: Arc::new(Own::These(own)), points: Points::Rows(rows) });
         }
         Ok(Self { parts, moments })
     }
@@ -127,16 +127,18 @@ impl Own {
     fn gather(&self, all: &[Point], own: &mut Vec<Point>) {
         own.clear();
         match self {
-            Self::All(range) => own.extend_from_slice(&all[range.clone()]),
-            Self::Some(vertices) => own.extend(vertices.iter().map(|&v| all[v as usize])),
+            Self::Of(spline) => own.extend_from_slice(&all[spline.vertices()]),
+            Self::These(vertices) => own.extend(vertices.iter().map(|&v| all[v as usize])),
         }
     }
 
     /// Adds what belongs to its vertices.
     fn scatter(&self, own: &[Vector], all: &mut [Vector]) {
         match self {
-            Self::All(range) => all[range.clone()].iter_mut().zip(own).for_each(|(all, own)| *all += own),
-            Self::Some(vertices) => vertices.iter().zip(own).for_each(|(&v, own)| all[v as usize] += own),
+            Self::Of(spline) => {
+                all[spline.vertices()].iter_mut().zip(own).for_each(|(all, own)| *all += own);
+            }
+            Self::These(vertices) => vertices.iter().zip(own).for_each(|(&v, own)| all[v as usize] += own),
         }
     }
 }
@@ -160,7 +162,6 @@ impl Points {
 /// The cells of one face.
 struct Face<'s> {
     shape: &'s dyn Shape,
-    spline: Option<Arc<Spline>>,
     own: Arc<Own>,
     sense: f64,
     moments: bool,
@@ -175,28 +176,27 @@ impl<'s> Face<'s> {
             spline.vertices().end <= known && cells.iter().all(|(cell, _)| spline.has(cell))
         };
         let spline = spline.filter(whole);
-        let own = match &spline {
-            Some(spline) => Own::All(spline.vertices()),
+        let own = match spline {
+            Some(spline) => Own::Of(Arc::new(spline)),
             None => {
                 let mut own: Vec<u32> =
                     cells.iter().flat_map(|(cell, _)| &cell.vertices).map(|&v| v as u32).collect();
                 own.sort_unstable();
                 own.dedup();
-                Own::Some(own)
+                Own::These(own)
             }
         };
-        Self { shape: surface.shape, spline: spline.map(Arc::new), own: Arc::new(own), sense, moments }
+        Self { shape: surface.shape, own: Arc::new(own), sense, moments }
     }
 
     /// So many points, beyond those that are exact for polynomials, on each of `parts` parts of cells in either direction.
     fn points(&self, cells: &[&(Cell, Share)], more: usize, parts: usize) -> Result<Points> {
         let counts = |degree: usize| exact(degree, self.moments) + more;
-        match (&self.spline, &*self.own) {
-            (None, Own::Some(own)) => {
+        match &*self.own {
+            Own::Of(spline) => Ok(Points::Spans(SpanFlux::with(spline, cells, counts, parts, self.sense))),
+            Own::These(own) => {
                 RowFlux::with(self.shape, cells, own, counts, parts, self.sense).map(Points::Rows)
             }
-            (Some(spline), _) => Ok(Points::Spans(SpanFlux::with(spline, cells, counts, parts, self.sense))),
-            (None, Own::All(_)) => Ok(Points::Rows(RowFlux::default())),
         }
     }
 

@@ -162,9 +162,9 @@ struct Writer<'a, 'o> {
     keys: Keys,
     /// By how much a coordinate was rounded, in the file's unit.
     rounding: f64,
-    /// How finely each object is cut.
-    /// Lengths of the scene as it came to those of the scene that is written.
+    /// What lengths of the scene as it came are multiplied by in the one that is written.
     grown: f64,
+    /// How finely each object is cut.
     cuts: Cuts,
 }
 
