@@ -5,7 +5,7 @@ mod leaks;
 use std::collections::HashSet;
 
 pub use self::leaks::Leaks;
-use loftsman_area_volume::{area_of, surface_area_of, volume_of};
+use loftsman_area_volume::{area_of, surface_area_of, volume_from, volume_of};
 use loftsman_kernel::brep::Brep;
 use loftsman_kernel::mesh::{Mesh, Polyline};
 use loftsman_kernel::plugin::{Chord, Fineness, Tessellator};
@@ -78,11 +78,16 @@ impl Measures {
 
 impl Measures {
     /// The same, of a Brep by quadrature on its faces instead of triangles: it takes longer, and tells apart what an edit keeps from what it
-    /// nearly keeps. Where a face cannot be integrated, or there are very many pieces, those of its triangles.
-    pub(crate) fn by_quadrature(geometry: &Geometry) -> Self {
+    /// nearly keeps. Where a face cannot be integrated, or there are very many pieces, those of its triangles. The volume, which depends a little on it where
+    /// faces meet but for gaps, is taken from `origin`, or from the middle.
+    pub(crate) fn by_quadrature(geometry: &Geometry, origin: Option<Point>) -> Self {
         match geometry {
             Geometry::Brep(brep) if brep.face_count() > 0 => {
-                let mut found = measured_to(brep, Cells::count(brep), EDITED);
+                let volume = |brep: &dyn Shape| match origin {
+                    Some(origin) => volume_from(brep, origin).ok(),
+                    None => volume_of(brep).ok(),
+                };
+                let mut found = measured_to(brep, Cells::count(brep), EDITED, volume);
                 if brep.solids().is_empty() {
                     found.volume = None;
                 }
@@ -156,11 +161,16 @@ fn of_shape(shape: &dyn Shape) -> Measures {
 
 /// The area of a surface of so many pieces, or why it is not told, and the volume inside where it is closed.
 fn measured(surface: &dyn Shape, cells: usize) -> Measures {
-    measured_to(surface, cells, CELLS)
+    measured_to(surface, cells, CELLS, |surface| volume_of(surface).ok())
 }
 
-/// The same, integrated up to so many pieces where each has to be asked for rows.
-fn measured_to(surface: &dyn Shape, cells: usize, most: usize) -> Measures {
+/// The same, integrated up to so many pieces where each has to be asked for rows, with the volume inside.
+fn measured_to(
+    surface: &dyn Shape,
+    cells: usize,
+    most: usize,
+    volume: impl Fn(&dyn Shape) -> Option<f64>,
+) -> Measures {
     let says_nets =
         surface.cells().is_some_and(|own| own.nets(0..0, &Point::origin(), &mut |_| {}).is_some());
     let most = if says_nets { NETS } else { most };
@@ -176,7 +186,7 @@ fn measured_to(surface: &dyn Shape, cells: usize, most: usize) -> Measures {
         Ok(area) => (Some(area), Vec::new()),
         Err(why) => (None, vec![format!("area: {why}")]),
     };
-    Measures { area, volume: finite(volume_of(surface).ok()), unmeasured, ..Measures::default() }
+    Measures { area, volume: finite(volume(surface)), unmeasured, ..Measures::default() }
 }
 
 /// How far the triangles of a Brep may be from it, as a part of its size.

@@ -4,6 +4,7 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
+use loftsman_kernel::Point;
 use loftsman_kernel::mesh::Cloud;
 use loftsman_kernel::plugin::{ChangeKind, Measured, ObjectChange, StepReport};
 use loftsman_kernel::scene::{Geometry, Object, Scene, Standing};
@@ -26,6 +27,8 @@ pub(super) struct Known(HashMap<usize, Taken>);
 struct Taken {
     /// Held, so that no other one takes its address.
     _geometry: Arc<Geometry>,
+    /// From where its volume was taken: what is compared has to be from one place.
+    origin: Point,
     /// In its own coordinates.
     own: Measures,
     /// As one of the objects stands that have it, where lengths there do not follow from its own by one number.
@@ -33,25 +36,42 @@ struct Taken {
 }
 
 impl Known {
-    fn measures(&mut self, geometry: &Arc<Geometry>, standing: &Standing) -> Measures {
+    /// The measures of a geometry as it stands, and from where its volume was taken: from `origin` where that is given, and not too far.
+    fn measures(
+        &mut self,
+        geometry: &Arc<Geometry>,
+        standing: &Standing,
+        origin: Option<Point>,
+    ) -> (Measures, Point) {
         let id = Arc::as_ptr(geometry).cast::<()>() as usize;
-        let Taken { own, there, .. } = self.0.entry(id).or_insert_with(|| Taken {
-            _geometry: Arc::clone(geometry),
-            own: Measures::by_quadrature(geometry),
-            there: None,
+        let Taken { own, there, origin, .. } = self.0.entry(id).or_insert_with(|| {
+            let origin = place(geometry.points(), origin);
+            let own = Measures::by_quadrature(geometry, Some(origin));
+            Taken { _geometry: Arc::clone(geometry), origin, own, there: None }
         });
-        if standing.scale().is_some() {
-            return measures(geometry, own, standing, Measures::by_quadrature);
-        }
-        match there {
+        // The volume of what is stretched follows from its own.
+        let measure =
+            || measures(geometry, own, standing, |stretched| Measures::by_quadrature(stretched, None));
+        let found = match there {
+            _ if standing.scale().is_some() => measure(),
             Some((known, there)) if known == standing => there.clone(),
             _ => {
-                let found = measures(geometry, own, standing, Measures::by_quadrature);
+                let found = measure();
                 *there = Some((*standing, found.clone()));
                 found
             }
-        }
+        };
+        (found, *origin)
     }
+}
+
+/// From where coordinates are taken for the volume of what has these control vertices: from the place that is given where it is no further from their middle than
+/// they reach, and from the middle elsewhere.
+fn place(points: &[Point], given: Option<Point>) -> Point {
+    let Some(first) = points.first() else { return given.unwrap_or_default() };
+    let (low, high) = points.iter().fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
+    let middle = Point::from(0.5 * low.coords + 0.5 * high.coords);
+    given.filter(|given| (given - middle).norm() <= (high - low).norm()).unwrap_or(middle)
 }
 
 impl Before {
@@ -208,8 +228,10 @@ fn change(
     after: Option<(&Arc<Geometry>, Standing)>,
     known: &mut Known,
 ) -> ObjectChange {
-    let [old, new] =
-        [before, after].map(|one| one.map(|(g, standing)| known.measures(g, &standing)).unwrap_or_default());
+    let old = before.map(|(geometry, standing)| known.measures(geometry, &standing, None));
+    let origin = old.as_ref().map(|(_, origin)| *origin);
+    let new = after.map(|(geometry, standing)| known.measures(geometry, &standing, origin));
+    let [old, new] = [old, new].map(|one| one.map(|(measures, _)| measures).unwrap_or_default());
     let kind = match (before, after) {
         (Some(_), Some(_)) => ChangeKind::Changed,
         (None, _) => ChangeKind::New,

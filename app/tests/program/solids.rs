@@ -407,6 +407,32 @@ fn the_volume_of_an_edited_face_of_many_pieces_is_integrated() {
     assert!(change > 4.8e-6 && change < 5.9e-6, "{change:e}");
 }
 
+/// The faces of CATIA's part are up to 1.17e-4 in apart, so that its volume depends on from where coordinates are taken. A face at the end of its box is pulled out
+/// and back again: each step tells what it kept from one place (from the middle of either box, it would be 6e-5 of it more).
+#[test]
+fn a_kept_volume_of_what_closes_but_for_gaps_is_told_as_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let step = |by: f64| {
+        format!(
+            "[[step]]\nop = \"edit\"\nobject = \"MAINBODY_FRONT\"\nfaces = [5, 6, 7, 8, 17]\nconstraints = [{{ kind = \"volume\", keep = true }},\n\
+             {{ kind = \"position\", at = {{ face = 17, uv = [-0.778, -0.1945] }}, by = [{by}, 0.0, 0.0] }}]\n"
+        )
+    };
+    let recipe = format!("input = {:?}\noutput = \"out.step\"\n", data("MAINBODY_FRONT.stp"));
+    std::fs::write(folder.path().join("edit.toml"), recipe + &step(0.9) + &step(-0.4)).unwrap();
+    let found = LOFTSMAN.json(folder.path(), &["run", "edit.toml"]);
+    let volumes: Vec<[f64; 2]> = (0..2)
+        .map(|k| {
+            let told = &found["steps"][k]["objects"][0]["volume"];
+            ["before", "after"].map(|when| told[when].as_f64().unwrap())
+        })
+        .collect();
+    assert!(volumes.iter().all(|[before, after]| (after / before - 1.0).abs() < 1e-8), "{volumes:?}");
+    assert_eq!(volumes[0][1], volumes[1][0]);
+    // OpenCASCADE's, in mm³.
+    assert!((volumes[0][0] * 25.4_f64.powi(3) / 69_499.633_782_6 - 1.0).abs() < 1e-4, "{volumes:?}");
+}
+
 /// Where something moves much further than what was asked it is told.
 #[test]
 fn a_spike_is_told() {

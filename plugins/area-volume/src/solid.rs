@@ -102,7 +102,10 @@ impl Solid {
     /// # Errors
     /// When a member is not a surface, the boundary is open, or it encloses nothing.
     pub(crate) fn new(shapes: &Shapes<'_>, members: &[On], moments: bool, what: &str) -> Result<Self> {
-        let origin = origin(extent(shapes, members)?);
+        Self::from(middle(shapes, members)?, shapes, members, moments, what)
+    }
+
+    fn from(origin: Point, shapes: &Shapes<'_>, members: &[On], moments: bool, what: &str) -> Result<Self> {
         let mut patches = Vec::with_capacity(members.len());
         for (on, sign) in members.iter().zip(signs(shapes, members, what)?) {
             let own = surface(shapes, on, what, "ask for its area, or its length")?;
@@ -117,16 +120,25 @@ impl Solid {
         Ok(solid)
     }
 
-    /// The volume alone, asked for once: what says the nets of its cells is summed by these, and nothing is kept of it.
+    /// The volume alone, asked for once: what says the nets of its cells is summed by these, and nothing is kept of it. Coordinates are taken from `origin`, or
+    /// from the middle of the box.
     ///
     /// # Errors
     /// As for [`new`](Self::new).
-    pub(crate) fn volume(shapes: &Shapes<'_>, members: &[On], what: &str) -> Result<f64> {
-        let origin = origin(extent(shapes, members)?);
+    pub(crate) fn volume(
+        origin: Option<Point>,
+        shapes: &Shapes<'_>,
+        members: &[On],
+        what: &str,
+    ) -> Result<f64> {
+        let origin = match origin {
+            Some(origin) => origin,
+            None => middle(shapes, members)?,
+        };
         let own = |on: &On| surface(shapes, on, what, "ask for its area, or its length");
         let all = members.iter().map(own).collect::<Result<Vec<_>>>()?;
         if !all.iter().any(|own| Nets::of(own).is_some()) {
-            let solid = Self::new(shapes, members, false, what)?;
+            let solid = Self::from(origin, shapes, members, false, what)?;
             return Ok(solid.measure(shapes, &mut Work::default())?.values[0]);
         }
         let (mut volume, mut size) = (0.0, 0.0);
@@ -189,11 +201,10 @@ impl Solid {
     }
 }
 
-/// From where coordinates are taken: near the middle of what the members' vertices reach over, on a grid as wide as that, so that an edit hardly ever moves it. What closes but for
-/// gaps has a volume that depends on it a little, and what is compared has to be measured from one place.
-fn origin((middle, size): (Point, f64)) -> Point {
-    let grid = size.log2().ceil().exp2();
-    if grid.is_normal() { middle.map(|c| (c / grid).round() * grid) } else { middle }
+/// From where coordinates are taken where nobody says so: the middle of what the members' vertices reach over, so that the gaps of what closes but for these count
+/// little.
+fn middle(shapes: &Shapes<'_>, members: &[On]) -> Result<Point> {
+    Ok(extent(shapes, members)?.0)
 }
 
 /// For each member its sense in the shell that they are; none of what says itself what it bounds.

@@ -84,7 +84,7 @@ impl Functional for Volume {
         if let Some(out) = out.first_mut() {
             *out = match &self.bound {
                 Some(solid) => solid.measure(shapes, &mut Work::default())?.values[0],
-                None => Solid::volume(shapes, &self.members.0, &self.describe())?,
+                None => Solid::volume(None, shapes, &self.members.0, &self.describe())?,
             };
         }
         Ok(())
