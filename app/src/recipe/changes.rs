@@ -66,12 +66,12 @@ impl Known {
 }
 
 /// From where coordinates are taken for the volume of what has these control vertices: from the place that is given where it is no further from their middle than
-/// they reach, and from the middle elsewhere.
+/// they are, and from the middle elsewhere.
 fn place(points: &[Point], given: Option<Point>) -> Point {
     let Some(first) = points.first() else { return given.unwrap_or_default() };
     let (low, high) = points.iter().fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
     let middle = Point::from(0.5 * low.coords + 0.5 * high.coords);
-    given.filter(|given| (given - middle).norm() <= (high - low).norm()).unwrap_or(middle)
+    given.filter(|given| (given - middle).norm() <= 0.5 * (high - low).norm()).unwrap_or(middle)
 }
 
 impl Before {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use loftsman::kernel::Vector;
 use loftsman_tests::repository;
 use serde_json::{Value, json};
 
@@ -239,8 +240,11 @@ fn the_housing_keeps_its_volume_and_stays_whole() {
     let volume = &edit["objects"][0]["volume"];
     let (before, after) = (volume["before"].as_f64().unwrap(), volume["after"].as_f64().unwrap());
     assert!((after / before - 1.0).abs() < 5e-7, "{before} {after}");
-    let area = &edit["objects"][0]["area"];
-    assert!(area["after"].as_f64().unwrap() > 1.001 * area["before"].as_f64().unwrap(), "{area}");
+    // What was asked is the furthest, and nothing passes the inner side of the dome.
+    let way = Vector::new(0.075, -0.025, 0.1).norm();
+    let deviation = edit["objects"][0]["deviation"].as_f64().unwrap();
+    assert!(deviation > 0.9 * way && deviation < way, "{deviation}");
+    assert_eq!(edit["warnings"], json!(null), "{edit:#}");
     let back = LOFTSMAN.json(folder.path(), &["info", "out/housing/housing.step"]);
     for name in ["MAINBODY_FRONT", "housing"] {
         let part = object(&back["objects"], name);

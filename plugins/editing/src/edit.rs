@@ -11,6 +11,8 @@ use loftsman_kernel::scene::{Geometry, Scene};
 use loftsman_kernel::shape::Shape;
 
 use crate::furthest::far_beyond;
+use crate::passages::passages;
+use crate::paths::paths;
 use crate::problem::{Problem, SHARED, step_report};
 
 /// The operation `edit`.
@@ -54,13 +56,10 @@ impl Operation for EditOperation {
             };
             let brep = brep.without_spare_knots()?;
             let scale = scene.standing(name).map_or(1.0, |standing| standing.most());
-            report.warnings.extend(far_beyond(
-                before,
-                &brep,
-                (index, &problem.constraints),
-                scale,
-                scene.unit,
-            ));
+            let paths = paths(before, &brep);
+            let asked = (index, &problem.constraints[..]);
+            report.warnings.extend(far_beyond(before, &brep, &paths, asked, scale, scene.unit));
+            report.warnings.extend(passages(before, &brep, &paths, scale, scene.unit));
             put_back(&mut edited, name, &brep)?;
         }
         *scene = edited;

@@ -9,6 +9,8 @@ mod cut;
 mod drag;
 mod edit;
 mod furthest;
+mod passages;
+mod paths;
 mod problem;
 mod representation;
 mod scene;
