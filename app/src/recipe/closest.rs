@@ -146,12 +146,38 @@ impl Resolving<'_> {
                 *value = self.find(&table, path, point, object, along)?;
                 Ok(())
             }
+            Value::Object(map) if map.contains_key("face") && !map.contains_key("uv") => {
+                self.whole_face(map.get("face"), path, object)
+            }
             Value::Array(list) => list
                 .iter_mut()
                 .enumerate()
                 .try_for_each(|(index, value)| self.place(value, &format!("{path}[{index}]"), object, along)),
             _ => self.inside(value, path, object),
         }
+    }
+
+    /// Of a face of a Brep the place must be given: its loops may leave out what is in the middle of its parameters.
+    fn whole_face(
+        &self,
+        face: Option<&Value>,
+        path: &str,
+        object: Option<&str>,
+    ) -> std::result::Result<(), ParameterError> {
+        let name = match object {
+            Some(name) => name.to_owned(),
+            None => self.operation.object(self.scene, self.step)?,
+        };
+        let is_brep =
+            |name: &str| self.scene.get(name).is_some_and(|o| matches!(o.geometry(), Geometry::Brep(_)));
+        if !is_brep(&name) {
+            return Ok(());
+        }
+        let face = face.map(Value::to_string).unwrap_or_default();
+        let problem = format!(
+            "a place on a face of \"{name}\" has parameters: give {{ face = {face}, uv = [u, v] }} (`loftsman info -v` tells those of a place inside it), or {{ closest = [x, y, z] }}"
+        );
+        Err(self.step.error(path, problem))
     }
 
     fn find(
@@ -203,6 +229,9 @@ impl Resolving<'_> {
                 self.scene.unit.quantity(extent, 1)
             );
             return Err(table.error(CLOSEST, problem));
+        }
+        if away > extent {
+            note += ", farther than all of it is large";
         }
         if let Some(other) = others.first() {
             let more = if others.len() > 1 {

@@ -437,6 +437,31 @@ fn a_kept_volume_of_what_closes_but_for_gaps_is_told_as_kept() {
     assert!((volumes[0][0] * 25.4_f64.powi(3) / 69_499.633_782_6 - 1.0).abs() < 1e-4, "{volumes:?}");
 }
 
+/// The middle of a face's parameters need not be on it: its place must be given. A point far away is one in other units, or meant for something else.
+#[test]
+fn places_on_faces_are_whole_and_near() {
+    let folder = tempfile::tempdir().unwrap();
+    let recipe = |at: &str| {
+        let recipe = format!(
+            "input = {:?}\noutput = \"out.step\"\n[[step]]\nop = \"edit\"\nobject = \"MAINBODY_FRONT\"\n\
+             constraints = [{{ kind = \"position\", at = {at}, by = [0.0, 0.0, 0.01] }}]\n",
+            data("MAINBODY_FRONT.stp")
+        );
+        std::fs::write(folder.path().join("edit.toml"), recipe).unwrap();
+    };
+    recipe("{ face = 5 }");
+    let refused = LOFTSMAN.run(folder.path(), &["run", "edit.toml"]);
+    for word in ["step[0].constraints[0].at: ", "give { face = 5, uv = [u, v] }", "`loftsman info -v`"] {
+        assert!(refused.code == Some(1) && refused.err.contains(word), "{refused:?}");
+    }
+    for (at, far) in [("{ closest = [500.0, 900.0, 3.0] }", true), ("{ closest = [5.9, 1.0, 3.0] }", false)] {
+        recipe(at);
+        let notes = LOFTSMAN.json(folder.path(), &["run", "edit.toml"])["steps"][0]["notes"].to_string();
+        assert!(notes.contains("the nearest place to"), "{notes}");
+        assert_eq!(notes.contains(" away, farther than all of it is large"), far, "{notes}");
+    }
+}
+
 /// Where something moves much further than what was asked it is told.
 #[test]
 fn a_spike_is_told() {

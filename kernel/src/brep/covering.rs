@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{Frame, SurfaceForm};
+use super::{CurveForm, Edge, Frame, SurfaceForm};
 use crate::error::{Error, Result};
 use crate::spline::{Curve, Space, Surface};
 use crate::{Point, Vector};
@@ -64,6 +64,37 @@ impl SurfaceForm {
                 revolved(&tube, &frame)
             }
         }
+    }
+}
+
+/// An edge is looked at at so many places of each span.
+const EACH: usize = 8;
+
+impl Edge {
+    /// Points for [`SurfaceForm::covering`] that hold an edge: of a spline the control vertices with knots at eighths of each span, in whose hull it is; of lines and
+    /// conics so many places that a 64th of their extent more holds all of it. `O(p²)` for each knot.
+    ///
+    /// # Errors
+    /// When its range is none of its curve's, or an evaluation overflows.
+    pub fn reach(&self) -> Result<Vec<Point>> {
+        let (from, to) = self.range;
+        if self.form != CurveForm::Spline {
+            let spans = self.curve.space().spans().count();
+            let steps = if self.form == CurveForm::Line { 1 } else { EACH * spans };
+            return (0..=steps)
+                .map(|k| self.curve.point(from + (to - from) * (k as f64 / steps as f64)))
+                .collect();
+        }
+        let own = self.curve.between(from, to)?;
+        let ends = own.space().breakpoints();
+        let within = |pair: &[f64]| {
+            let [from, to] = [pair[0], pair[1]];
+            let places = (1..EACH).map(move |k| from + (to - from) * (k as f64 / EACH as f64));
+            places.filter(move |t| *t > from && *t < to)
+        };
+        let mut knots: Vec<f64> = ends.windows(2).flat_map(within).collect();
+        knots.dedup();
+        Ok(own.insert_knots(&knots)?.into_parts().1)
     }
 }
 
@@ -204,6 +235,70 @@ mod tests {
             let torus_inside_out = matches!(form, SurfaceForm::Torus { major, minor, .. } if minor > major);
             assert!(torus_inside_out || n.1.dot(&outwards) > 0.0, "{form:?}");
         }
+    }
+
+    /// Planes around edges that run about between the places at which they are looked at: few spans of any degree, weights unlike by a thousand, parts of curves.
+    #[test]
+    fn planes_hold_all_of_their_edges() {
+        let frame = frame();
+        let (mut wide, mut beyond) = (0, 0);
+        for degree in (1..8).chain([25]) {
+            for seed in 0..40 {
+                let noise = |k: usize, way: f64| {
+                    let phase = (k as f64 + 1.0) * (f64::from(seed) + way) * 12.9898;
+                    (phase.sin() * 43_758.545_3).fract()
+                };
+                let count = degree + 1 + seed as usize % 3;
+                let at =
+                    |k: usize| frame.origin + frame.x * noise(k, 0.3) + frame.y() * (3.0 * noise(k, 0.7));
+                let net: Vec<Point> = (0..count).map(at).collect();
+                let weights = (seed % 2 == 1)
+                    .then(|| (0..count).map(|k| 1000.0_f64.powf(noise(k, 0.9).abs())).collect::<Vec<f64>>());
+                let curve =
+                    Curve::build(Space::clamped_uniform(degree, count).unwrap(), net, weights).unwrap();
+                let (start, end) = curve.domain();
+                let range = if seed % 5 == 0 { (start + 0.1 * (end - start), end) } else { (start, end) };
+                let edge = Edge { curve, range, ends: [0, 1], tolerance: 0.0, form: CurveForm::Spline };
+                let surface = SurfaceForm::Plane { frame }.covering(&edge.reach().unwrap()).unwrap();
+                let domains = [surface.u().domain(), surface.v().domain()];
+                let looks = 4096;
+                let places = (0..=looks).map(|k| {
+                    let t = range.0 + (range.1 - range.0) * f64::from(k) / f64::from(looks);
+                    let way = edge.curve.point(t).unwrap() - frame.origin;
+                    [way.dot(&frame.x), way.dot(&frame.y())]
+                });
+                let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+                for place in places {
+                    for k in 0..2 {
+                        ends[k] = [ends[k][0].min(place[k]), ends[k][1].max(place[k])];
+                        assert!(
+                            domains[k].0 <= place[k] && place[k] <= domains[k].1,
+                            "degree {degree}, {seed}: {place:?} is not within {domains:?}"
+                        );
+                    }
+                }
+                wide += usize::from(
+                    (0..2).any(|k| domains[k].1 - domains[k].0 > 1.2 * (ends[k][1] - ends[k][0])),
+                );
+                // What places alone would hold.
+                let steps = EACH * edge.curve.space().spans().count();
+                let looked: Vec<Point> = (0..=steps)
+                    .map(|k| {
+                        edge.curve.point(range.0 + (range.1 - range.0) * k as f64 / steps as f64).unwrap()
+                    })
+                    .collect();
+                let domains = [frame.x, frame.y()].map(|way| {
+                    let [low, high] = self::range(&looked, frame.origin, way).unwrap();
+                    padded([low, high], 1.0)
+                });
+                beyond +=
+                    usize::from((0..2).any(|k| domains[k][0] > ends[k][0] || domains[k][1] < ends[k][1]));
+            }
+        }
+        assert!(
+            wide <= 32 && beyond >= 10,
+            "{wide} planes are wide, and {beyond} curves are beyond their places"
+        );
     }
 
     #[test]

@@ -287,19 +287,11 @@ impl<'a, 'r, 'f> Builder<'a, 'r, 'f> {
         Ok(known)
     }
 
-    /// Points all along the edges of a face: so many that nothing of a curve is far beyond them.
+    /// What the edges of a face, and its lone vertices, reach.
     fn points_of(&self, loops: &[Vec<Use>], lone: &[usize]) -> Result<Vec<Point>> {
         let mut points: Vec<Point> = lone.iter().map(|&vertex| self.parts.vertices[vertex].point).collect();
         for one in loops.iter().flatten() {
-            let edge = &self.parts.edges[one.edge];
-            let (from, to) = edge.range;
-            let steps = match edge.form {
-                CurveForm::Line => 1,
-                _ => 8 * edge.curve.space().spans().count(),
-            };
-            for k in 0..=steps {
-                points.push(edge.curve.point(from + (to - from) * (k as f64 / steps as f64))?);
-            }
+            points.extend(self.parts.edges[one.edge].reach()?);
         }
         Ok(points)
     }

@@ -115,8 +115,9 @@ impl<'a, 'r, 'f> OneFace<'a, 'r, 'f> {
 
     /// The face on a surface.
     pub(crate) fn finish(mut self, sheet: &Sheet) -> Got<Brep> {
-        let mut points = Vec::new();
+        let (mut points, mut reach) = (Vec::new(), Vec::new());
         for edge in &self.parts.edges {
+            reach.extend(edge.reach().at(self.place)?);
             let (from, to) = edge.range;
             let steps = 8 * edge.curve.space().spans().count();
             for k in 0..=steps {
@@ -124,7 +125,7 @@ impl<'a, 'r, 'f> OneFace<'a, 'r, 'f> {
                 points.push(edge.curve.point(t).at(self.place)?);
             }
         }
-        let mut covering = sheet.covering(&points, self.place)?;
+        let mut covering = sheet.covering(&reach, self.place)?;
         self.to_seams(&mut covering.form).at(self.place)?;
         self.tell_distance(&points, &covering.surface).at(self.place)?;
         let closed = closes(&covering.surface).at(self.place)?;
