@@ -46,6 +46,7 @@ mod stage;
 mod svg;
 mod text;
 mod theme;
+mod traces;
 mod view;
 
 pub use choices::{Beads, Combs, Curvature, Faces, Frames};

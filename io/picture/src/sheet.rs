@@ -14,6 +14,7 @@ use crate::layout::{Layout, Rect};
 use crate::path::{Path, Spot};
 use crate::svg::Element;
 use crate::theme::{Color, Theme};
+use crate::traces::Traces;
 
 /// What covers what: later ones are drawn over earlier ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -105,6 +106,8 @@ pub(crate) struct Sheet {
     layers: Vec<(Layer, String)>,
     /// The depth of the faces, where there are any.
     pub(crate) depth: Option<Depth>,
+    /// Where the lines of solids are, so that those of the state before are not drawn over them.
+    pub(crate) traces: Traces,
     /// Labels to be placed when everything else is drawn.
     pub(crate) labels: Vec<Label>,
     /// What the drawing is called, where there are several on the page.
@@ -122,6 +125,7 @@ impl Sheet {
             ink: Ink::new(room),
             layers: Vec::new(),
             depth: None,
+            traces: Traces::default(),
             labels: Vec::new(),
             name: None,
             caption,

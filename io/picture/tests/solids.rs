@@ -426,4 +426,12 @@ fn instances_and_the_state_before_are_drawn() {
     assert!(!segments(&svg, "solid").is_empty());
     let same = Picture::of(&moved).before(&moved).tessellator(&BY).view(View::Top).to_svg().unwrap();
     assert!(segments(&same, "solid").is_empty());
+    // One that was shorter shows the end that it had, 2 long where all of it is 4 wide, and not its other edges over those that are there.
+    let longer = one(Brep::block(Point::origin(), Point::new(4.0, 2.0, 1.0)).unwrap());
+    let svg = Picture::of(&longer).before(&one(block())).tessellator(&BY).view(View::Top).to_svg().unwrap();
+    let outline = segments(&svg, "outline");
+    let across = outline.iter().flatten().map(|[x, _]| *x);
+    let wide = across.clone().fold(f64::NEG_INFINITY, f64::max) - across.fold(f64::INFINITY, f64::min);
+    let old = length(&segments(&svg, "solid"));
+    assert!((old / (0.5 * wide) - 1.0).abs() < 0.03, "{old} {wide}");
 }

@@ -147,6 +147,9 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, painting: &Painting) ->
             for (_, chain) in lines.chains.iter().filter(|(w, _)| *w == weight) {
                 for run in depth.runs(chain.iter().copied(), lines.slack) {
                     trace(sheet, &run, &mut path);
+                    if lines.slack == ON_EDGE && run.seen {
+                        sheet.traces.add(&run.spots);
+                    }
                 }
             }
             let data = path.finish();

@@ -2,7 +2,7 @@
 
 use loftsman_kernel::Vector;
 
-use crate::depth::{Depth, ON_EDGE};
+use crate::depth::{Depth, ON_EDGE, Run};
 use crate::draw::face::{Copies, LONG, Lines, Weight, trace};
 use crate::draw::light::{light, tone, tones};
 use crate::draw::paint::Brush;
@@ -97,8 +97,8 @@ fn outlines(shell: &Shell, lens: Lens, places: &[Vector]) -> Vec<(Weight, Vec<Ve
     all
 }
 
-/// The edges and the outline of a shell that hides nothing, as far as no face hides them, as path data: of a surface with the borders of its
-/// faces.
+/// The edges and the outline of a shell that hides nothing, as far as no face hides them and no line of what is there runs along them, as path data: of a surface with
+/// the borders of its faces.
 pub(super) fn wires(sheet: &mut Sheet, shell: &Shell, lens: Lens) -> String {
     let places: Vec<Vector> = shell.points.iter().map(|p| sheet.layout.place(p)).collect();
     let mut path = Path::default();
@@ -108,10 +108,12 @@ pub(super) fn wires(sheet: &mut Sheet, shell: &Shell, lens: Lens) -> String {
         }
         let runs = match &sheet.depth {
             Some(depth) => depth.runs(chain, ON_EDGE),
-            None => vec![crate::depth::Run { seen: true, spots: chain.iter().map(|p| [p.x, p.y]).collect() }],
+            None => vec![Run { seen: true, spots: chain.iter().map(|p| [p.x, p.y]).collect() }],
         };
-        for run in runs {
-            trace(sheet, &run, &mut path);
+        for run in runs.into_iter().filter(|run| run.seen) {
+            for spots in sheet.traces.apart(&run.spots) {
+                trace(sheet, &Run { seen: true, spots }, &mut path);
+            }
         }
     }
     path.finish()
