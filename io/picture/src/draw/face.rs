@@ -60,8 +60,8 @@ impl Weight {
 /// The lines of an object: chains of places on the page with their depth.
 pub(super) struct Lines {
     color: Color,
-    /// How far behind a face a line is still before it.
-    pub(super) slack: f64,
+    /// Whether they are those of a solid: nearer to its faces, and drawn once.
+    solid: bool,
     pub(super) chains: Vec<(Weight, Vec<Vector>)>,
 }
 
@@ -101,7 +101,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, painting: &Painting) ->
         let tones = tones(sheet.theme, base);
         let paint = (tones.as_slice(), painting.brush(index, sheet.theme));
         let mut lines =
-            Lines { color: base.mixed(sheet.theme.ink(), 0.25), slack: ON_FACE, chains: Vec::new() };
+            Lines { color: base.mixed(sheet.theme.ink(), 0.25), solid: false, chains: Vec::new() };
         match &body.form {
             Form::Surface { surface, trim, .. } => {
                 let Some(grid) = grid(index) else { continue };
@@ -117,7 +117,7 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, painting: &Painting) ->
                 of_mesh(mesh, (normals, colors), sheet, lens, (&mut depth, &mut copies), paint, &mut lines);
             }
             Form::Solid(shell) => {
-                lines.slack = ON_EDGE;
+                lines.solid = true;
                 if shell.laid.is_none() {
                     lines.color = base.mixed(sheet.theme.ink(), SOLID);
                 }
@@ -145,9 +145,10 @@ pub(crate) fn draw(sheet: &mut Sheet, stage: &Stage<'_>, painting: &Painting) ->
         for lines in &all {
             let mut path = Path::default();
             for (_, chain) in lines.chains.iter().filter(|(w, _)| *w == weight) {
-                for run in depth.runs(chain.iter().copied(), lines.slack) {
+                let slack = if lines.solid { ON_EDGE } else { ON_FACE };
+                for run in depth.runs(chain.iter().copied(), slack) {
                     trace(sheet, &run, &mut path);
-                    if lines.slack == ON_EDGE && run.seen {
+                    if lines.solid && run.seen {
                         sheet.traces.add(&run.spots);
                     }
                 }
