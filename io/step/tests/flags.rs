@@ -60,6 +60,9 @@ fn disc(changes: &[(&str, &str)]) -> (f64, f64, f64) {
     (area, height.signum(), normal.signum())
 }
 
+/// Places of the text as others, and what comes of it: area, side and normal of [`disc`].
+type Case<'a> = (Vec<(&'a str, &'a str)>, (f64, f64, f64));
+
 #[test]
 fn flags_of_curves_edges_bounds_and_faces() {
     let against = ("#41,#42,#71,.T.)", "#41,#42,#71,.F.)");
@@ -90,7 +93,7 @@ fn flags_of_curves_edges_bounds_and_faces() {
         ),
     };
     let half = 0.5 * PI;
-    let table: Vec<(Vec<(&str, &str)>, (f64, f64, f64))> = vec![
+    let table: Vec<Case<'_>> = vec![
         (vec![], (half, 1.0, 1.0)),
         // Against the circle the edge goes from its first end to its second over the lower half.
         (vec![against], (-half, -1.0, 1.0)),
