@@ -168,6 +168,31 @@ fn groups_of_which_nothing_is_left_are_nothing() {
     assert!(error.problem.contains("nothing in it can be read: D1 (100)"), "{error}");
 }
 
+/// The cause is told, and not that what holds it goes with it: what holds itself, what is of a kind that is not read.
+#[test]
+fn a_file_of_which_nothing_is_left_says_why() {
+    let matrix = |matrix: i32, parameters: &'static str| Entity { matrix, ..entity(0, parameters) };
+    let turned = "124,1.,0.,0.,5.,0.,1.,0.,0.,0.,0.,1.,0.;";
+    for (entities, says) in [
+        (
+            vec![entity(0, "308,0,4HPART,1,3;"), entity(0, "408,1,0.,0.,0.,1.;")],
+            ": it is in itself, and nothing else shows it: take it out",
+        ),
+        (vec![entity(7, "402,1,1;")], "D1 (402), line 4: it is in itself"),
+        (
+            vec![entity(0, "999,1,2,3;")],
+            "D1 (999), line 4: type 999, which is not read; export curves, surfaces or solids",
+        ),
+        (
+            vec![matrix(3, "110,0.,0.,0.,1.,2.,3.;"), matrix(3, turned)],
+            "nothing in it can be read: D3 (124), line 6: ",
+        ),
+    ] {
+        let error = read(&file(&entities)).unwrap_err();
+        assert!(error.problem.contains(says), "{error}");
+    }
+}
+
 #[test]
 fn units_that_are_not_named_are_told() {
     let good = file(&[entity(0, "110,0.,0.,0.,1.,0.,0.;")]);

@@ -8,7 +8,7 @@ use loftsman_kernel::plugin::{
     Context, Declaration, Operation, OperationError, Parameters, StepReport, put_back,
 };
 use loftsman_kernel::scene::{Geometry, Scene};
-use loftsman_kernel::shape::Shape;
+use loftsman_kernel::shape::{Location, Shape};
 
 use crate::furthest::far_beyond;
 use crate::passages::passages;
@@ -56,7 +56,13 @@ impl Operation for EditOperation {
             };
             let brep = brep.without_spare_knots()?;
             let scale = scene.standing(name).map_or(1.0, |standing| standing.most());
-            let paths = paths(before, &brep);
+            let places = problem.constraints.iter().filter_map(|constraint| {
+                match constraint.functional().location() {
+                    Some((on, Location::Face(face, u, v))) if on == index => Some((face, [u, v])),
+                    _ => None,
+                }
+            });
+            let paths = paths(before, &brep, &places.collect::<Vec<_>>());
             let asked = (index, &problem.constraints[..]);
             report.warnings.extend(far_beyond(before, &brep, &paths, asked, scale, scene.unit));
             report.warnings.extend(passages(before, &brep, &paths, scale, scene.unit));

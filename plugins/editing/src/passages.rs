@@ -2,13 +2,13 @@
 
 use loftsman_kernel::brep::Brep;
 use loftsman_kernel::scene::Unit;
+use loftsman_kernel::spline::Surface;
 use loftsman_kernel::spline::curvature::Normal;
-use loftsman_kernel::spline::{Space, Surface};
 use loftsman_kernel::text::{figure, measured};
 use loftsman_kernel::{Point, Vector};
 use nalgebra::Matrix3;
 
-use crate::paths::Path;
+use crate::paths::{Path, cuts};
 
 /// Strips of a surface in each direction, and at most so many of one of many spans.
 const STRIPS: usize = 32;
@@ -114,7 +114,7 @@ struct Drawn {
 
 impl Drawn {
     fn new(surface: &Surface) -> Option<Self> {
-        let parameters = [surface.u(), surface.v()].map(cuts);
+        let parameters = [surface.u(), surface.v()].map(|space| cuts(space, STRIPS, MOST));
         let mut points = Vec::with_capacity(parameters[0].len() * parameters[1].len());
         for &u in &parameters[0] {
             for &v in &parameters[1] {
@@ -159,22 +159,6 @@ impl Drawn {
         }
         first
     }
-}
-
-/// Parameters that cut a domain in strips: the ends of spans, and places between them.
-fn cuts(space: &Space) -> Vec<f64> {
-    let (a, b) = space.domain();
-    let ends = space.breakpoints();
-    let spans = ends.len().saturating_sub(1).max(1);
-    if spans > MOST {
-        return (0..=MOST).map(|k| a + (b - a) * (k as f64 / MOST as f64)).collect();
-    }
-    let each = STRIPS.div_ceil(spans);
-    let within = |pair: &[f64]| {
-        let [from, to] = [pair[0], pair[1]];
-        (0..each).map(move |k| from + (to - from) * (k as f64 / each as f64))
-    };
-    ends.windows(2).flat_map(within).chain([b]).collect()
 }
 
 fn bounds<'p>(points: impl Iterator<Item = &'p Point>) -> Bounds {

@@ -146,7 +146,9 @@ fn a_place_of_a_surface_has_two_parameters_or_one() {
         let found = resolve(&scene, &fields, &DECLARED, &mut notes).unwrap();
         let place = found.names().next().unwrap().to_owned();
         assert_eq!(found.value(&place), Some(&wanted), "{notes:?}");
-        let told = format!("(0.75, 2.25, 5), {} away", scene.unit.quantity(5.0, 1));
+        // The sheet is 3 wide.
+        let told =
+            format!("(0.75, 2.25, 5), {} away, farther than all of it is large", scene.unit.quantity(5.0, 1));
         assert!(notes[0].ends_with(&told), "{notes:?}");
     }
 }

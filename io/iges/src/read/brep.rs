@@ -9,6 +9,7 @@ use loftsman_kernel::{Point, Result};
 
 use super::curve::{Run, moved_points};
 use super::entity::{At, Entity, Got, Problem, Reader};
+use super::report::LEFT_OUT;
 use super::style::Styles;
 use super::whole::turned_back;
 
@@ -116,7 +117,7 @@ impl<'a, 'r, 'f> Builder<'a, 'r, 'f> {
                 }
                 Err(problem) => {
                     if problem.place != face {
-                        let text = format!("D{} in it is left out", self.reader.file.number(problem.place));
+                        let text = format!("D{}{LEFT_OUT}", self.reader.file.number(problem.place));
                         self.problems.push(Problem::new(face, text));
                     }
                     self.problems.push(problem);

@@ -13,7 +13,7 @@ use nalgebra::Matrix4;
 use super::brep::Builder;
 use super::curve::{chain, is_chain, is_curve, moved_points};
 use super::entity::{Got, Problem, Reader};
-use super::report::Account;
+use super::report::{Account, LEFT_OUT};
 use super::style::Styles;
 use super::surface::is_surface;
 use super::tree::{Tree, is_group, is_shown};
@@ -94,6 +94,12 @@ impl<'a, 'r, 'f> Emitter<'a, 'r, 'f> {
         let mut all = Definition::new("scene");
         let roots = std::mem::take(&mut self.tree.roots);
         self.list(&mut all, &roots, None, 0, options)?;
+        // What only holds itself hangs from nothing.
+        if all.objects().is_empty() {
+            let text = "it is in itself, and nothing else shows it: take it out of what it holds";
+            let held = self.tree.circles.iter().map(|(_, inner)| Problem::new(*inner, text));
+            self.account.problems(held.collect());
+        }
         for object in all.objects() {
             scene.add(object.clone())?;
         }
@@ -174,7 +180,7 @@ impl<'a, 'r, 'f> Emitter<'a, 'r, 'f> {
     fn fail(&mut self, place: usize, problem: Problem) {
         self.reader.take_used();
         if problem.place != place {
-            let text = format!("D{} in it is left out", self.reader.file.number(problem.place));
+            let text = format!("D{}{LEFT_OUT}", self.reader.file.number(problem.place));
             self.account.problems(vec![Problem::new(place, text)]);
         }
         self.account.problems(vec![problem]);

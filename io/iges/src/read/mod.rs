@@ -54,7 +54,7 @@ pub(crate) fn read(
     match &file.global.length {
         Length::Known(_) => {}
         Length::Unsaid => {
-            account.note("no unit is named: lengths are inches, which is the default of IGES".to_owned());
+            account.note("no unit is named: lengths are inches, which is the default of IGES; name the unit of the input if it is another".to_owned());
         }
         Length::Nameless(flag) => {
             let flag = loftsman_kernel::text::clip(flag);
@@ -64,7 +64,7 @@ pub(crate) fn read(
         }
         Length::Other(name) => {
             let name = loftsman_kernel::text::clip(name);
-            account.note(format!("the unit \"{name}\" is none that is known: numbers are taken as they are"));
+            account.note(format!("the unit \"{name}\" is none that is known: numbers are taken as they are; name the unit of the input"));
         }
     }
     account.finish(scene)

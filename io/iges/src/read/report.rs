@@ -26,6 +26,9 @@ pub(crate) struct Account<'r, 'f> {
     unsaid: usize,
 }
 
+/// How it ends what is said of an entity of which a part is at fault.
+pub(crate) const LEFT_OUT: &str = " in it is left out";
+
 impl<'r, 'f> Account<'r, 'f> {
     pub(crate) fn new(file: &'r File<'f>) -> Self {
         Self {
@@ -105,14 +108,19 @@ impl<'r, 'f> Account<'r, 'f> {
         let empty = scene.objects().iter().chain(defined).all(|o| matches!(o.geometry(), Geometry::Group));
         // Groups of which nothing is left are nothing.
         if scene.objects().is_empty() || (empty && !self.at_fault.is_empty()) {
-            let first = self.at_fault.iter().next().map(|(place, text)| self.told(*place, text));
+            // The cause, not that what holds it goes with it.
+            let cause = self.at_fault.iter().find(|(_, text)| !text.ends_with(LEFT_OUT));
+            let first = cause.or(self.at_fault.iter().next()).map(|(place, text)| self.told(*place, text));
             let cut = self.file.notes.first().map(|note| format!(" ({note})")).unwrap_or_default();
             let problem = match first {
                 Some(first) => format!("nothing in it can be read: {first}{cut}"),
                 None if self.file.len() == 0 => {
                     format!("there are no entities in it: its directory section is missing{cut}")
                 }
-                None => format!("there is no geometry in it that is read{cut}"),
+                None => format!(
+                    "there is no geometry in it that is read: {}; export curves, surfaces or solids{cut}",
+                    self.told(0, &reason(self.file, 0))
+                ),
             };
             return Err(FormatError::whole(problem).as_kind(FormatErrorKind::Unsupported));
         }
