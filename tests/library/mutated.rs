@@ -326,7 +326,6 @@ fn one_number_far_too_large_or_small_costs_no_time() {
             };
             assert!(number == "1e-200" || said.contains("edge"), "{number}: {said}");
         }
-        // As for every change: 1e308 takes 12 s alone, and tests run beside one another.
-        assert!(begun.elapsed() < LONGEST, "{number}: {:?}", begun.elapsed());
+        assert!(begun.elapsed() < LONGEST / 4, "{number}: {:?}", begun.elapsed());
     }
 }
